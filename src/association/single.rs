@@ -1,0 +1,68 @@
+//! Association of one track on its own: each takes likelihood ratios and gives probabilities.
+//!
+//! ```text
+//! PDA                β_0 = m / (m + Σ h),  β_i = h_i / (m + Σ h)
+//! nearest neighbour  β_i = 1 for the largest h_i, β_0 = 1 where there is none
+//! ```
+//!
+//! m is the weight of "no detection is the target's" (1 − P_D P_G), h_i that of detection i (P_D L_i / λ_i); a common
+//! factor does not matter. Bar-Shalom, Willett and Tian 2011, section 3.4.
+
+use crate::scalar::Real;
+
+/// Turns the weights of one track into association probabilities.
+pub trait SingleAssociator<T: Real> {
+    /// Replaces `hit` by probabilities β_1… and returns β_0. All weights zero give β_0 = 1.
+    fn associate(&self, miss: T, hit: &mut [T]) -> T;
+}
+
+/// Probabilistic data association: every detection counts by its probability.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Pda;
+
+/// The most likely detection is taken for the target's. A baseline: it knows no doubt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NearestNeighbour;
+
+impl<T: Real> SingleAssociator<T> for Pda {
+    #[inline(always)]
+    fn associate(&self, miss: T, hit: &mut [T]) -> T {
+        let mut sum = miss;
+        for h in hit.iter() {
+            sum += *h;
+        }
+        let scale = T::ONE / sum;
+        if !(sum > T::ZERO && scale.is_finite()) {
+            hit.fill(T::ZERO);
+            return T::ONE;
+        }
+        for h in hit.iter_mut() {
+            *h *= scale;
+        }
+        miss * scale
+    }
+}
+
+impl<T: Real> SingleAssociator<T> for NearestNeighbour {
+    #[inline]
+    fn associate(&self, _miss: T, hit: &mut [T]) -> T {
+        let mut best = T::ZERO;
+        for h in hit.iter() {
+            if *h > best {
+                best = *h;
+            }
+        }
+        let mut beta_0 = T::ONE;
+        for h in hit.iter_mut() {
+            // The first of equals.
+            let chosen = *h == best && best > T::ZERO && beta_0 == T::ONE;
+            *h = if chosen { T::ONE } else { T::ZERO };
+            if chosen {
+                beta_0 = T::ZERO;
+            }
+        }
+        beta_0
+    }
+}

@@ -1,0 +1,64 @@
+//! The two flat errors: what is wrong with a configuration, and what is wrong with a scan.
+//!
+//! Load is never an error: a scan with too many detections or too many births returns a
+//! [`Report`](crate::scan::Report) that says what was given up.
+
+use core::fmt;
+
+/// A configuration that no tracker can run with.
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ConfigError {
+    /// A number is NaN or infinite.
+    NotFinite,
+    /// A variance, density, speed or threshold that must be positive is not.
+    NotPositive,
+    /// A probability lies outside 0..=1.
+    NotAProbability,
+    /// A row of the mode jump matrix, or the initial mode probabilities, do not sum to one.
+    NotNormalised,
+    /// A covariance is not positive definite.
+    NotDefinite,
+    /// M-of-N logic with M = 0, M > N or N > 32.
+    BadWindow,
+}
+
+/// A scan that is refused; the state of the tracker is untouched.
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ScanError {
+    /// The scan is older than the last one accepted.
+    TimeReversed,
+    /// A coordinate, amplitude or noise of a detection is NaN or infinite.
+    DetectionNotFinite,
+    /// The noise covariance that a detection brings is not positive definite.
+    NoiseNotDefinite,
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            ConfigError::NotFinite => "a number is not finite",
+            ConfigError::NotPositive => "a number that must be positive is not",
+            ConfigError::NotAProbability => "a probability lies outside 0 to 1",
+            ConfigError::NotNormalised => "probabilities do not sum to one",
+            ConfigError::NotDefinite => "a covariance is not positive definite",
+            ConfigError::BadWindow => "M-of-N logic needs 1 <= M <= N <= 32",
+        })
+    }
+}
+
+impl fmt::Display for ScanError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            ScanError::TimeReversed => "the scan is older than the last one",
+            ScanError::DetectionNotFinite => "a detection is not finite",
+            ScanError::NoiseNotDefinite => "the noise of a detection is not positive definite",
+        })
+    }
+}
+
+impl core::error::Error for ConfigError {}
+impl core::error::Error for ScanError {}

@@ -1,0 +1,223 @@
+//! Starting tracks: from one detection, or from two of successive scans.
+//!
+//! ```text
+//! one point   p = z,                 v = 0 (or the measured radial speed along the line of sight)
+//! two points  p = z₂, v = (z₂ − z₁)/T,   P = [R₂  R₂/T; ·  (R₁ + R₂)/T²]     if |z₂ − z₁| ≤ v_max T + 3 √(tr R / n)
+//! radial      v ← v + K (ṙ − u'v), one scalar Kalman update with the line of sight u
+//! ```
+//!
+//! Everything else (accelerations, turn rates, and in the one-point case velocities) is taken from a prior density.
+//! Two-point differencing: Bar-Shalom, Li and Kirubarajan 2001, section 5.5.3. Every pair of an unclaimed detection
+//! and a remembered one starts a tentative track (Kashyap et al. 2006, "Automatic track formation").
+
+use crate::error::ConfigError;
+use crate::gaussian::{Gaussian, Innovation};
+use crate::model::{Fix, Layout};
+use crate::scalar::{Real, sqrt};
+use crate::symmetric::Symmetric;
+use crate::time::{Duration, Instant};
+use nalgebra::{SMatrix, SVector};
+
+/// How tracks are started from detections that no track claims.
+#[derive(Clone, Copy, Debug)]
+pub struct Initiation<T, const NX: usize> {
+    pub(crate) prior: Gaussian<T, NX>,
+    pub(crate) rule: Rule<T>,
+}
+
+/// How many detections make a track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Rule<T> {
+    /// Tracks are started by the caller alone.
+    Off,
+    /// Every unclaimed detection starts a tentative track.
+    OnePoint,
+    /// Two unclaimed detections, at most `max_gap` apart in time, that a target slower than `max_speed` \[m/s\] could
+    /// have caused.
+    TwoPoint {
+        /// The largest speed of a target \[m/s\]
+        max_speed: T,
+        /// How long a detection waits for its partner
+        max_gap: Duration,
+    },
+}
+
+impl<T: Real, const NX: usize> Initiation<T, NX> {
+    /// By `rule`; what the detections do not tell is taken from `prior`.
+    ///
+    /// # Errors
+    /// Where `prior` has a negative variance or is not finite, or the rule's speed or gap is not positive.
+    pub fn new(rule: Rule<T>, prior: Gaussian<T, NX>) -> Result<Self, ConfigError> {
+        if !(prior.mean.iter().all(|v| v.is_finite()) && prior.cov.is_finite()) {
+            return Err(ConfigError::NotFinite);
+        }
+        if !prior.cov.has_valid_variances() {
+            return Err(ConfigError::NotDefinite);
+        }
+        if let Rule::TwoPoint { max_speed, max_gap } = rule
+            && !(max_speed > T::ZERO && max_gap > Duration::ZERO)
+        {
+            return Err(ConfigError::NotPositive);
+        }
+        Ok(Self { prior, rule })
+    }
+
+    /// None: tracks are started by the caller.
+    pub(crate) const fn off() -> Self {
+        Self { prior: Gaussian::ZERO, rule: Rule::Off }
+    }
+
+    /// The density of a target seen at `fix`.
+    pub(crate) fn from_one(&self, layout: Layout, fix: &Fix<T>) -> Gaussian<T, NX> {
+        let mut g = self.prior;
+        let axes = || (0..layout.axes.min(3)).map(|a| (a, a * layout.stride));
+        let p = g.cov.upper_mut();
+        for (a, i) in axes() {
+            for k in 0..NX {
+                let (row, column) = (i.min(k), i.max(k));
+                if let Some(v) = p.get_mut(row).and_then(|r| r.get_mut(column)) {
+                    *v = T::ZERO;
+                }
+            }
+            if let Some(x) = g.mean.get_mut(i) {
+                *x = fix.position[a];
+            }
+        }
+        for (a, i) in axes() {
+            for (b, j) in axes().skip(a) {
+                if let Some(v) = p.get_mut(i).and_then(|r| r.get_mut(j)) {
+                    *v = fix.cov.at(a, b);
+                }
+            }
+        }
+        radial_update(&mut g, layout, fix);
+        g
+    }
+
+    /// The density of a target seen at `first` and `dt` \[s\] later at `second`.
+    pub(crate) fn from_two(&self, layout: Layout, first: &Fix<T>, second: &Fix<T>, dt: T) -> Gaussian<T, NX> {
+        let mut g = self.from_one(layout, &Fix { radial: None, ..*second });
+        let rate = T::ONE / dt;
+        let p = g.cov.upper_mut();
+        let mut set = |i: usize, j: usize, v: T| {
+            if let Some(entry) = p.get_mut(i.min(j)).and_then(|r| r.get_mut(i.max(j))) {
+                *entry = v;
+            }
+        };
+        for a in 0..layout.axes.min(3) {
+            let i = a * layout.stride;
+            if let Some(x) = g.mean.get_mut(i + 1) {
+                *x = (second.position[a] - first.position[a]) * rate;
+            }
+            for b in 0..layout.axes.min(3) {
+                let j = b * layout.stride;
+                set(i, j + 1, second.cov.at(a, b) * rate);
+                if a <= b {
+                    set(i + 1, j + 1, (first.cov.at(a, b) + second.cov.at(a, b)) * rate * rate);
+                }
+            }
+        }
+        radial_update(&mut g, layout, second);
+        g
+    }
+}
+
+/// Corrects the velocity by a measured radial speed.
+fn radial_update<T: Real, const NX: usize>(g: &mut Gaussian<T, NX>, layout: Layout, fix: &Fix<T>) {
+    let Some(radial) = &fix.radial else { return };
+    let axes = || (0..layout.axes.min(3)).map(|a| (radial.direction[a], a * layout.stride + 1));
+    let mut cross = SMatrix::<T, NX, 1>::zeros();
+    for (i, c) in cross.iter_mut().enumerate() {
+        for (u, k) in axes() {
+            *c += g.cov.get(i, k).unwrap_or(T::ZERO) * u;
+        }
+    }
+    let (mut spread, mut predicted) = (T::ZERO, T::ZERO);
+    for (u, k) in axes() {
+        spread += u * cross.get(k).copied().unwrap_or(T::ZERO);
+        predicted += u * g.mean.get(k).copied().unwrap_or(T::ZERO);
+    }
+    let noise = Symmetric::from_diagonal([radial.variance]);
+    let innovation = Innovation::new(SVector::from([predicted]), cross, Symmetric::from_diagonal([spread]), &noise);
+    // A correction that would break the covariance is taken back: the track then starts without the radial speed.
+    let _ = g.update(&innovation, &SVector::from([radial.speed - predicted]));
+}
+
+/// A detection that waits for its partner.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seed<T> {
+    pub time: Instant,
+    pub fix: Fix<T>,
+}
+
+impl<T: Real> Seed<T> {
+    /// The seconds from this detection to one at `fix`, if a target no faster than `max_speed` could have made both.
+    pub fn pairs_with(&self, fix: &Fix<T>, time: Instant, layout: Layout, max_speed: T, max_gap: Duration) -> Option<T> {
+        let gap = time.since(self.time);
+        if gap <= Duration::ZERO || gap > max_gap {
+            return None;
+        }
+        let dt = gap.as_secs::<T>();
+        let (mut distance2, mut variance) = (T::ZERO, T::ZERO);
+        let axes = layout.axes.min(3);
+        for a in 0..axes {
+            let d = fix.position[a] - self.fix.position[a];
+            distance2 += d * d;
+            variance += fix.cov.at(a, a) + self.fix.cov.at(a, a);
+        }
+        let reach = max_speed * dt + T::lit(3.0) * sqrt(variance / T::from_count(axes.max(1)));
+        (distance2 <= reach * reach).then_some(dt)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::RadialSpeed;
+
+    const LAYOUT: Layout = Layout { axes: 2, stride: 3 };
+
+    fn fix(x: f64, y: f64) -> Fix<f64> {
+        Fix { position: [x, y, 0.0], cov: Symmetric::from_fn(|i, j| if i == j { 25.0 } else { 5.0 }), radial: None }
+    }
+
+    fn initiation() -> Result<Initiation<f64, 6>, ConfigError> {
+        let prior = Gaussian::new(SVector::zeros(), Symmetric::from_diagonal([1.0, 100.0, 2.0, 1.0, 100.0, 2.0]));
+        Initiation::new(Rule::OnePoint, prior)
+    }
+
+    #[test]
+    fn two_points_give_their_difference_over_time() {
+        let g = initiation().map(|i| i.from_two(LAYOUT, &fix(0.0, 10.0), &fix(8.0, 6.0), 2.0));
+        assert_eq!(g.map(|g| g.mean), Ok(SVector::from([8.0, 4.0, 0.0, 6.0, -2.0, 0.0])));
+        assert!(g.is_ok_and(|g| {
+            let p = |i, j| g.cov.at(i, j);
+            (p(0, 0), p(0, 1), p(0, 3), p(0, 4), p(1, 1), p(1, 4), p(2, 2)) == (25.0, 12.5, 5.0, 2.5, 12.5, 2.5, 2.0)
+        }));
+    }
+
+    #[test]
+    fn a_radial_speed_sets_the_velocity_along_the_line_of_sight_only() {
+        let radial = RadialSpeed { direction: [0.6, 0.8, 0.0], speed: -20.0, variance: 1e-6 };
+        let g = initiation().map(|i| i.from_one(LAYOUT, &Fix { radial: Some(radial), ..fix(300.0, 400.0) }));
+        assert!(g.is_ok_and(|g| {
+            let along = 0.6 * g.mean[1] + 0.8 * g.mean[4];
+            let across = 0.8 * g.mean[1] - 0.6 * g.mean[4];
+            let variance = 0.64 * g.cov.at(1, 1) + 0.36 * g.cov.at(4, 4) - 0.96 * g.cov.at(1, 4);
+            (along + 20.0).abs() < 1e-3 && across.abs() < 1e-9 && (variance - 100.0).abs() < 1e-6
+        }));
+    }
+
+    #[test]
+    fn only_possible_pairs_are_made() {
+        let seed = Seed { time: Instant::from_millis(1000), fix: fix(0.0, 0.0) };
+        let pair =
+            |x: f64, millis: u64| seed.pairs_with(&fix(x, 0.0), Instant::from_millis(millis), LAYOUT, 10.0, Duration::from_millis(2000));
+        assert_eq!(pair(30.0, 2000), Some(1.0));
+        assert_eq!(pair(32.0, 2000), None);
+        assert_eq!(pair(0.0, 1000), None);
+        assert_eq!(pair(0.0, 3001), None);
+        assert_eq!(pair(0.0, 500), None);
+    }
+}

@@ -1,0 +1,177 @@
+//! The density of one target over motion modes, and the interacting multiple model cycle on it.
+//!
+//! ```text
+//! interaction   c_j = Σ_i π_ij μ_i,   μ_i|j = π_ij μ_i / c_j
+//!               x⁰_j = Σ_i μ_i|j x_i,  P⁰_j = Σ_i μ_i|j (P_i + (x_i − x⁰_j)(x_i − x⁰_j)')
+//! combination   x = Σ_j μ_j x_j,       P = Σ_j μ_j (P_j + (x_j − x)(x_j − x)')
+//! ```
+//!
+//! Blom and Bar-Shalom, *IEEE Trans. AC* 33(8), 1988; Bar-Shalom, Li and Kirubarajan 2001, section 11.6.6.
+//!
+//! Both sums are taken about the mean of the first mode, d_i = x_i − x_1: with N_i = P_i − P_1 + d_i d_i' shared by
+//! all targets of the mixing, P⁰_j = P_1 + Σ_i μ_i|j N_i − d̄_j d̄_j'. The terms have the size of the distances
+//! between modes, which one interaction every scan keeps at about one gate, so that nothing of weight cancels; raw
+//! second moments, of the size of the coordinates, would lose the covariance in single precision.
+
+use super::ModeSet;
+use crate::error::ConfigError;
+use crate::gaussian::Gaussian;
+use crate::scalar::Real;
+
+/// π: `rows[from][to]` is the probability of the mode `to` after one scan in the mode `from`.
+pub type JumpMatrix<T, const MODES: usize> = [[T; MODES]; MODES];
+
+/// Checks that `probabilities` are such and sum to one.
+pub(crate) fn check_distribution<T: Real, const N: usize>(probabilities: &[T; N]) -> Result<(), ConfigError> {
+    let mut sum = T::ZERO;
+    for p in probabilities {
+        if !p.is_finite() {
+            return Err(ConfigError::NotFinite);
+        }
+        if *p < T::ZERO || *p > T::ONE {
+            return Err(ConfigError::NotAProbability);
+        }
+        sum += *p;
+    }
+    if (sum - T::ONE).abs() > T::lit(1e-5) { Err(ConfigError::NotNormalised) } else { Ok(()) }
+}
+
+/// Mode probabilities and one Gaussian per mode: the density of one target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModeBank<T, const NX: usize, const MODES: usize> {
+    /// μ, the mode probabilities: after [`interact`](Self::interact) and before the update, the predicted c.
+    pub prob: [T; MODES],
+    /// x_j, P_j
+    pub modes: [Gaussian<T, NX>; MODES],
+}
+
+impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
+    /// All zero bits: what a free track slot holds.
+    pub const ZERO: Self = Self { prob: [T::ZERO; MODES], modes: [Gaussian::ZERO; MODES] };
+
+    /// Every mode with the density `g`, mode probabilities `prob`.
+    #[must_use]
+    pub const fn new(prob: [T; MODES], g: Gaussian<T, NX>) -> Self {
+        Self { prob, modes: [g; MODES] }
+    }
+
+    /// Mixes the modes by the jump matrix; `prob` becomes the predicted c. A mode that no other can reach (c_j = 0)
+    /// keeps its own density.
+    ///
+    /// Cost: about (3 (MODES − 1) + MODES (2 MODES − 1)) NX (NX + 1) / 2 operations.
+    #[inline(always)]
+    pub fn interact(&mut self, jump: &JumpMatrix<T, MODES>) {
+        if MODES == 1 {
+            return;
+        }
+        let mut weight = [[T::ZERO; MODES]; MODES];
+        let mut c = [T::ZERO; MODES];
+        for j in 0..MODES {
+            for i in 0..MODES {
+                weight[j][i] = jump[i][j] * self.prob[i];
+                c[j] += weight[j][i];
+            }
+            if c[j] > T::ZERO {
+                let scale = T::ONE / c[j];
+                for w in &mut weight[j] {
+                    *w *= scale;
+                }
+            } else {
+                weight[j] = [T::ZERO; MODES];
+                weight[j][j] = T::ONE;
+            }
+        }
+        self.mix_into(&weight);
+        self.prob = c;
+    }
+
+    /// Every mode j becomes the moment match of all modes i with the weights `weight[j][i]`.
+    #[inline(always)]
+    fn mix_into(&mut self, weight: &[[T; MODES]; MODES]) {
+        let d = self.deviations();
+        let mut bar = [[T::ZERO; NX]; MODES];
+        for k in 0..NX {
+            let first = self.modes[0].mean.data.0[0][k];
+            for j in 0..MODES {
+                for i in 1..MODES {
+                    bar[j][k] += weight[j][i] * d[i][k];
+                }
+                self.modes[j].mean.data.0[0][k] = first + bar[j][k];
+            }
+        }
+        for a in 0..NX {
+            for b in a..NX {
+                let first = self.modes[0].cov.upper()[a][b];
+                let n: [T; MODES] = core::array::from_fn(|i| self.modes[i].cov.upper()[a][b] - first + d[i][a] * d[i][b]);
+                for j in 0..MODES {
+                    let mut v = first - bar[j][a] * bar[j][b];
+                    for i in 1..MODES {
+                        v += weight[j][i] * n[i];
+                    }
+                    self.modes[j].cov.upper_mut()[a][b] = v;
+                }
+            }
+        }
+    }
+
+    /// d_i = x_i − x_1
+    #[inline(always)]
+    fn deviations(&self) -> [[T; NX]; MODES] {
+        core::array::from_fn(|i| core::array::from_fn(|k| self.modes[i].mean.data.0[0][k] - self.modes[0].mean.data.0[0][k]))
+    }
+
+    /// Predicts every mode by its model over `dt` \[s\].
+    #[inline(always)]
+    pub fn predict<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, dt: T) {
+        for (mode, g) in self.modes.iter_mut().enumerate() {
+            set.predict(mode, g, dt);
+        }
+    }
+
+    /// The combined estimate: one Gaussian with the moments of the mixture.
+    ///
+    /// Cost: about (4 MODES − 2) NX (NX + 1) / 2 operations; computed when asked for, not by a step.
+    #[inline]
+    #[must_use]
+    pub fn combined(&self) -> Gaussian<T, NX> {
+        let d = self.deviations();
+        let mut out = self.modes[0];
+        let mut bar = [T::ZERO; NX];
+        for k in 0..NX {
+            for i in 1..MODES {
+                bar[k] += self.prob[i] * d[i][k];
+            }
+            out.mean.data.0[0][k] += bar[k];
+        }
+        for a in 0..NX {
+            for b in a..NX {
+                let first = self.modes[0].cov.upper()[a][b];
+                let mut v = first - bar[a] * bar[b];
+                for i in 1..MODES {
+                    v += self.prob[i] * (self.modes[i].cov.upper()[a][b] - first + d[i][a] * d[i][b]);
+                }
+                out.cov.upper_mut()[a][b] = v;
+            }
+        }
+        out
+    }
+
+    /// The most probable mode.
+    #[must_use]
+    pub fn most_probable(&self) -> usize {
+        let mut best = (0, T::ZERO);
+        for (mode, p) in self.prob.iter().enumerate() {
+            if *p > best.1 {
+                best = (mode, *p);
+            }
+        }
+        best.0
+    }
+
+    /// Whether all densities are finite with non-negative variances and the probabilities are finite.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.prob.iter().all(|p| p.is_finite())
+            && self.modes.iter().all(|g| g.cov.has_valid_variances() && g.mean.iter().all(|v| v.is_finite()))
+    }
+}

@@ -1,0 +1,61 @@
+//! The set of modes a target moves in: a tuple of different models, or an array of one kind.
+//!
+//! A tuple keeps each model its own type, so that every prediction is its own straight-line code; an array serves
+//! many modes of one model (turn rates), and modes chosen at run time behind an enum.
+
+use crate::gaussian::Gaussian;
+use crate::model::{Layout, MotionModel};
+use crate::scalar::Real;
+
+/// `MODES` motion models over one state of `NX` entries.
+pub trait ModeSet<T: Real, const NX: usize, const MODES: usize> {
+    /// Where positions and velocities stand, the same in all modes.
+    const LAYOUT: Layout;
+
+    /// Predicts `g` over `dt` \[s\] by the model number `mode`; a number beyond the last does nothing.
+    fn predict(&self, mode: usize, g: &mut Gaussian<T, NX>, dt: T);
+}
+
+impl<T: Real, M: MotionModel<T, NX>, const NX: usize, const MODES: usize> ModeSet<T, NX, MODES> for [M; MODES] {
+    const LAYOUT: Layout = {
+        assert!(M::LAYOUT.fits(NX), "the state is too short for this model");
+        M::LAYOUT
+    };
+
+    #[inline(always)]
+    fn predict(&self, mode: usize, g: &mut Gaussian<T, NX>, dt: T) {
+        if let Some(model) = self.get(mode) {
+            model.predict(g, dt);
+        }
+    }
+}
+
+macro_rules! tuple_of_modes {
+    ($count:literal: $first:ident $(, $model:ident $index:tt)*) => {
+        impl<T: Real, const NX: usize, $first: MotionModel<T, NX> $(, $model: MotionModel<T, NX>)*> ModeSet<T, NX, $count>
+            for ($first, $($model,)*)
+        {
+            const LAYOUT: Layout = {
+                assert!($first::LAYOUT.fits(NX), "the state is too short for this model");
+                $(assert!($first::LAYOUT.agrees($model::LAYOUT), "modes disagree on where positions stand");)*
+                $first::LAYOUT
+            };
+
+            #[inline(always)]
+            fn predict(&self, mode: usize, g: &mut Gaussian<T, NX>, dt: T) {
+                match mode {
+                    0 => self.0.predict(g, dt),
+                    $($index => self.$index.predict(g, dt),)*
+                    _ => {}
+                }
+            }
+        }
+    };
+}
+tuple_of_modes!(1: A);
+tuple_of_modes!(2: A, B 1);
+tuple_of_modes!(3: A, B 1, C 2);
+tuple_of_modes!(4: A, B 1, C 2, D 3);
+tuple_of_modes!(5: A, B 1, C 2, D 3, E 4);
+tuple_of_modes!(6: A, B 1, C 2, D 3, E 4, F 5);
+tuple_of_modes!(7: A, B 1, C 2, D 3, E 4, F 5, G 6);

@@ -1,0 +1,278 @@
+//! A radar (or a camera, a direction finder): any subset of range, azimuth, elevation and range-rate.
+//!
+//! With d = M' (p − o) the target in the axes of the sensor at o with mounting M, and u the unit line of sight:
+//!
+//! ```text
+//! range       r = |d|                       ∂/∂p = u
+//! azimuth     a = atan2(d_y, d_x)           ∂/∂p = M (−d_y, d_x, 0) / ρ²,            ρ² = d_x² + d_y²
+//! elevation   e = atan2(d_z, ρ)             ∂/∂p = M (−d_x d_z, −d_y d_z, ρ²) / (ρ r²)
+//! range-rate  ṙ = (v − v_o) · u             ∂/∂p = (v − v_o − ṙ u) / r,  ∂/∂v = u
+//! ```
+//!
+//! Azimuth is counter-clockwise from the sensor's x axis; residuals of angles are wrapped into (−π, π]. At the
+//! sensor itself, and on its vertical axis, the distances are held at a floor, so that nothing divides by zero.
+//!
+//! H has entries only at positions and, for range-rate, at velocities: G = P H' and H G visit those alone.
+
+use super::converted::Polar;
+use super::{Fix, Layout, MeasurementModel, RadialSpeed};
+use crate::error::ConfigError;
+use crate::gaussian::{Gaussian, Innovation};
+use crate::scalar::{Real, atan2, larger, sin_cos, sqrt, wrap};
+use crate::symmetric::Symmetric;
+use nalgebra::{SMatrix, SVector};
+
+/// One coordinate that a radar measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Component {
+    /// Distance \[m\]
+    Range,
+    /// Angle in the sensor's horizontal plane \[rad\]
+    Azimuth,
+    /// Angle above the sensor's horizontal plane \[rad\]
+    Elevation,
+    /// Rate of the distance \[m/s\]
+    RangeRate,
+}
+
+/// Where a sensor is, how it moves and how it is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mount<T> {
+    /// Position \[m\]
+    pub position: [T; 3],
+    /// Velocity over the ground \[m/s\]
+    pub velocity: [T; 3],
+    /// The sensor's axes as columns in world axes
+    rotation: [[T; 3]; 3],
+}
+
+impl<T: Real> Mount<T> {
+    /// At `position`, at rest, with axes parallel to the world's.
+    #[must_use]
+    pub const fn at(position: [T; 3]) -> Self {
+        let (o, l) = (T::ZERO, T::ONE);
+        Self { position, velocity: [o; 3], rotation: [[l, o, o], [o, l, o], [o, o, l]] }
+    }
+
+    /// The same, moving with `velocity` \[m/s\].
+    #[must_use]
+    pub const fn moving(self, velocity: [T; 3]) -> Self {
+        Self { velocity, ..self }
+    }
+
+    /// The same, turned by `yaw` about z (left), then `pitch` about the new y (nose down), then `roll` about the new x
+    /// (right side down) \[rad\].
+    #[must_use]
+    pub fn turned(self, yaw: T, pitch: T, roll: T) -> Self {
+        let ((sy, cy), (sp, cp), (sr, cr)) = (sin_cos(yaw), sin_cos(pitch), sin_cos(roll));
+        let rotation = [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ];
+        Self { rotation, ..self }
+    }
+
+    fn to_sensor(self, v: [T; 3]) -> [T; 3] {
+        let m = &self.rotation;
+        core::array::from_fn(|i| m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2])
+    }
+
+    fn to_world(self, v: [T; 3]) -> [T; 3] {
+        self.rotation.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+    }
+}
+
+/// A radar measuring `NZ` components of targets with `AXES` axes of `STRIDE` states.
+#[derive(Clone, Copy, Debug)]
+pub struct Radar<T, const NZ: usize, const AXES: usize, const STRIDE: usize> {
+    components: [Component; NZ],
+    noise: Symmetric<T, NZ>,
+    mount: Mount<T>,
+}
+
+/// The sight of one target: all that h and H need, computed once.
+struct Sight<T> {
+    d: [T; 3],
+    rho: T,
+    range: T,
+    u: [T; 3],
+    closing: [T; 3],
+    rate: T,
+}
+
+impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, NZ, AXES, STRIDE> {
+    /// Measuring `components`, in this order, with the noise covariance `noise` \[m, rad, rad, m/s\]².
+    ///
+    /// # Errors
+    /// Where `noise` is not positive definite.
+    pub fn new(components: [Component; NZ], noise: Symmetric<T, NZ>) -> Result<Self, ConfigError> {
+        const { assert!(NZ >= 1 && AXES >= 2 && AXES <= 3 && STRIDE >= 1, "a radar sees a plane or space") }
+        if !noise.is_definite() {
+            return Err(ConfigError::NotDefinite);
+        }
+        Ok(Self { components, noise, mount: Mount::at([T::ZERO; 3]) })
+    }
+
+    /// The same sensor on `mount`. For a moving sensor, once a scan.
+    #[must_use]
+    pub fn on(self, mount: Mount<T>) -> Self {
+        Self { mount, ..self }
+    }
+
+    #[inline(always)]
+    fn sight<const NX: usize>(&self, x: &SVector<T, NX>) -> Sight<T> {
+        const { assert!((AXES - 1) * STRIDE < NX, "the state is too short for this sensor") }
+        let x = &x.data.0[0];
+        let (o, floor) = (&self.mount.position, T::lit(1e-3));
+        let axis = |a: usize| if a < AXES { x[a * STRIDE] - o[a] } else { -o[a] };
+        let delta = [axis(0), axis(1), axis(2)];
+        let d = self.mount.to_sensor(delta);
+        let rho2 = d[0] * d[0] + d[1] * d[1];
+        let rho = larger(sqrt(rho2), floor);
+        let range = larger(sqrt(rho2 + d[2] * d[2]), floor);
+        let u = delta.map(|v| v / range);
+        let mut closing = [T::ZERO; 3];
+        let mut rate = T::ZERO;
+        if self.components.contains(&Component::RangeRate) {
+            for a in 0..3 {
+                let v = if a < AXES && STRIDE >= 2 { x[a * STRIDE + 1] } else { T::ZERO };
+                closing[a] = v - self.mount.velocity[a];
+                rate += closing[a] * u[a];
+            }
+        }
+        Sight { d, rho, range, u, closing, rate }
+    }
+
+    #[inline(always)]
+    fn value(component: Component, sight: &Sight<T>) -> T {
+        match component {
+            Component::Range => sight.range,
+            Component::Azimuth => atan2(sight.d[1], sight.d[0]),
+            Component::Elevation => atan2(sight.d[2], sight.rho),
+            Component::RangeRate => sight.rate,
+        }
+    }
+
+    /// ∂/∂p in world axes.
+    #[inline(always)]
+    fn by_position(&self, component: Component, sight: &Sight<T>) -> [T; 3] {
+        let Sight { d, rho, range, u, closing, rate } = sight;
+        match component {
+            Component::Range => *u,
+            Component::Azimuth => {
+                let scale = T::ONE / (*rho * *rho);
+                self.mount.to_world([-d[1] * scale, d[0] * scale, T::ZERO])
+            }
+            Component::Elevation => {
+                let scale = T::ONE / (*rho * *range * *range);
+                self.mount.to_world([-d[0] * d[2] * scale, -d[1] * d[2] * scale, *rho * *rho * scale])
+            }
+            Component::RangeRate => core::array::from_fn(|a| (closing[a] - *rate * u[a]) / *range),
+        }
+    }
+
+    /// The measured value of `component` in `z`, with its variance in `noise`.
+    fn measured(&self, component: Component, z: &SVector<T, NZ>, noise: &Symmetric<T, NZ>) -> Option<(T, T)> {
+        let k = self.components.iter().position(|c| *c == component)?;
+        Some((*z.get(k)?, noise.get(k, k)?))
+    }
+}
+
+impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE: usize> MeasurementModel<T, NX, NZ>
+    for Radar<T, NZ, AXES, STRIDE>
+{
+    const LAYOUT: Layout = Layout { axes: AXES, stride: STRIDE };
+
+    fn observe(&self, x: &SVector<T, NX>) -> SVector<T, NZ> {
+        let sight = self.sight(x);
+        SVector::from_fn(|k, _| Self::value(self.components[k], &sight))
+    }
+    fn jacobian(&self, x: &SVector<T, NX>) -> SMatrix<T, NZ, NX> {
+        let sight = self.sight(x);
+        let mut h = SMatrix::zeros();
+        for (k, component) in self.components.iter().enumerate() {
+            let by_position = self.by_position(*component, &sight);
+            for a in 0..AXES {
+                h.data.0[a * STRIDE][k] = by_position[a];
+                if *component == Component::RangeRate && STRIDE >= 2 {
+                    h.data.0[a * STRIDE + 1][k] = sight.u[a];
+                }
+            }
+        }
+        h
+    }
+    fn noise(&self, _x: &SVector<T, NX>) -> Symmetric<T, NZ> {
+        self.noise
+    }
+    #[inline(always)]
+    fn residual(&self, z: &SVector<T, NZ>, z_hat: &SVector<T, NZ>) -> SVector<T, NZ> {
+        SVector::from_fn(|k, _| {
+            let nu = z.data.0[0][k] - z_hat.data.0[0][k];
+            match self.components[k] {
+                Component::Azimuth | Component::Elevation => wrap(nu),
+                Component::Range | Component::RangeRate => nu,
+            }
+        })
+    }
+    #[inline]
+    fn innovation(&self, g: &Gaussian<T, NX>) -> Innovation<T, NX, NZ> {
+        let sight = self.sight(&g.mean);
+        let mut cross = SMatrix::<T, NX, NZ>::zeros();
+        let mut by_position = [[T::ZERO; 3]; NZ];
+        for k in 0..NZ {
+            let row = self.by_position(self.components[k], &sight);
+            for i in 0..NX {
+                let mut sum = g.cov.at(i, 0) * row[0];
+                for a in 1..AXES {
+                    sum += g.cov.at(i, a * STRIDE) * row[a];
+                }
+                if self.components[k] == Component::RangeRate && STRIDE >= 2 {
+                    for a in 0..AXES {
+                        sum += g.cov.at(i, a * STRIDE + 1) * sight.u[a];
+                    }
+                }
+                cross.data.0[k][i] = sum;
+            }
+            by_position[k] = row;
+        }
+        let spread = Symmetric::from_fn(|k, l| {
+            let column = &cross.data.0[l];
+            let mut sum = by_position[k][0] * column[0];
+            for a in 1..AXES {
+                sum += by_position[k][a] * column[a * STRIDE];
+            }
+            if self.components[k] == Component::RangeRate && STRIDE >= 2 {
+                for a in 0..AXES {
+                    sum += sight.u[a] * column[a * STRIDE + 1];
+                }
+            }
+            sum
+        });
+        let z_hat = SVector::from_fn(|k, _| Self::value(self.components[k], &sight));
+        Innovation::new(z_hat, cross, spread, &self.noise)
+    }
+    fn locate(&self, z: &SVector<T, NZ>, noise: &Symmetric<T, NZ>) -> Option<Fix<T>> {
+        let (range, range_variance) = self.measured(Component::Range, z, noise)?;
+        let (azimuth, azimuth_variance) = self.measured(Component::Azimuth, z, noise)?;
+        let elevation = self.measured(Component::Elevation, z, noise);
+        if AXES == 3 && elevation.is_none() {
+            return None;
+        }
+        let (elevation, elevation_variance) = elevation.unwrap_or((T::ZERO, T::ZERO));
+        let seen = Polar { range, azimuth, elevation, range_variance, azimuth_variance, elevation_variance }.debiased();
+        let offset = self.mount.to_world(seen.position);
+        let m = SMatrix::<T, 3, 3>::from_fn(|i, j| self.mount.rotation[i][j]);
+        let cov = Symmetric::from_matrix(&(m * seen.cov.to_matrix() * m.transpose()));
+        let radial = self.measured(Component::RangeRate, z, noise).map(|(rate, variance)| {
+            let direction = offset.map(|v| v / larger(range, T::lit(1e-3)));
+            let mut speed = rate;
+            for (d, v) in direction.iter().zip(&self.mount.velocity) {
+                speed += *d * *v;
+            }
+            RadialSpeed { direction, speed, variance }
+        });
+        Some(Fix { position: core::array::from_fn(|a| self.mount.position[a] + offset[a]), cov, radial })
+    }
+}

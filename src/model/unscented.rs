@@ -1,0 +1,211 @@
+//! The unscented transform: any model of this library, or of a user, without its Jacobian.
+//!
+//! ```text
+//! λ = α² (n + κ) − n,  X₀ = x,  X_i = x + column i of L,  X_{n+i} = x − column i of L,  L L' = (n + λ) P
+//! mean        W₀ = λ / (n + λ)              W_i = 1 / (2 (n + λ))
+//! covariance  W₀ + 1 − α² + β               W_i
+//! predict     x = Σ W f(X_i),  P = Σ W (f(X_i) − x)(·)' + Q
+//! observe     ẑ = Z₀ + Σ W (Z_i − Z₀),  H P H' = Σ W (Z_i − ẑ)(·)',  G = Σ W (X_i − x)(Z_i − ẑ)'
+//! ```
+//!
+//! Differences of measurements are taken by the model's `residual`, so angles wrap. Two conventions exist: sigma
+//! points drawn anew from the prediction, Q included (Särkkä; [`Unscented`] does this), or the propagated points used
+//! again, which do not know Q (Julier and Uhlmann; Wan and van der Merwe): keep the points that
+//! [`SigmaPoints::propagate`] returns and call [`SigmaPoints::observe`] on them.
+//!
+//! Julier and Uhlmann, *Proc. IEEE* 92(3), 2004. A small α makes weights of size 1/α² that cancel: in single
+//! precision keep α ≥ 0.1.
+
+use super::{Layout, MeasurementModel, MotionModel};
+use crate::error::ConfigError;
+use crate::gaussian::{Gaussian, Innovation};
+use crate::scalar::{Real, sqrt};
+use crate::symmetric::Symmetric;
+use nalgebra::{SMatrix, SVector};
+
+/// The scaling of the sigma points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Scaling<T> {
+    alpha: T,
+    beta: T,
+    kappa: T,
+}
+
+impl<T: Real> Scaling<T> {
+    /// α (spread, 0 < α ≤ 1), β (2 for Gaussians) and κ, for states of `NX` entries.
+    ///
+    /// # Errors
+    /// Where a number is not finite, or α or NX + κ is not positive.
+    pub fn new<const NX: usize>(alpha: T, beta: T, kappa: T) -> Result<Self, ConfigError> {
+        if !(alpha.is_finite() && beta.is_finite() && kappa.is_finite()) {
+            return Err(ConfigError::NotFinite);
+        }
+        if alpha <= T::ZERO || T::from_count(NX) + kappa <= T::ZERO {
+            return Err(ConfigError::NotPositive);
+        }
+        Ok(Self { alpha, beta, kappa })
+    }
+
+    /// n + λ
+    fn spread(&self, n: usize) -> T {
+        self.alpha * self.alpha * (T::from_count(n) + self.kappa)
+    }
+}
+
+/// 2 NX + 1 sigma points: the centre, and one to either side for every column of the factor.
+#[derive(Clone, Copy, Debug)]
+pub struct SigmaPoints<T, const NX: usize> {
+    centre: SVector<T, NX>,
+    plus: [SVector<T, NX>; NX],
+    minus: [SVector<T, NX>; NX],
+    scaling: Scaling<T>,
+}
+
+impl<T: Real, const NX: usize> SigmaPoints<T, NX> {
+    /// The points of `g`, or `None` where its covariance is not positive semi-definite.
+    #[must_use]
+    pub fn draw(g: &Gaussian<T, NX>, scaling: Scaling<T>) -> Option<Self> {
+        let l = g.cov.cholesky()?;
+        let root = sqrt(scaling.spread(NX));
+        let column = |j: usize| SVector::<T, NX>::from_fn(|i, _| l[i][j] * root);
+        Some(Self {
+            centre: g.mean,
+            plus: core::array::from_fn(|j| g.mean + column(j)),
+            minus: core::array::from_fn(|j| g.mean - column(j)),
+            scaling,
+        })
+    }
+
+    /// Moves every point by `model`; returns the moved points and the predicted density, Q added.
+    #[must_use]
+    pub fn propagate<M: MotionModel<T, NX>>(&self, model: &M, dt: T) -> (Self, Gaussian<T, NX>) {
+        let moved = Self {
+            centre: model.transition(&self.centre, dt),
+            plus: core::array::from_fn(|j| model.transition(&self.plus[j], dt)),
+            minus: core::array::from_fn(|j| model.transition(&self.minus[j], dt)),
+            scaling: self.scaling,
+        };
+        let weights = Weights::new(&self.scaling, NX);
+        let mut shift = SVector::zeros();
+        for x in moved.plus.iter().chain(&moved.minus) {
+            shift += (x - moved.centre) * weights.side;
+        }
+        let mean = moved.centre + shift;
+        let mut cov = model.process_noise(&self.centre, dt);
+        moved.for_each(|x, weight| {
+            let d = x - mean;
+            for i in 0..NX {
+                for j in i..NX {
+                    cov.upper_mut()[i][j] += weight * d.data.0[0][i] * d.data.0[0][j];
+                }
+            }
+        });
+        (moved, Gaussian::new(mean, cov))
+    }
+
+    /// The predicted measurement of a density with mean `mean` that these points stand for.
+    #[must_use]
+    pub fn observe<M: MeasurementModel<T, NX, NZ>, const NZ: usize>(&self, model: &M, mean: &SVector<T, NX>) -> Innovation<T, NX, NZ> {
+        let z_centre = model.observe(&self.centre);
+        let weights = Weights::new(&self.scaling, NX);
+        let mut shift = SVector::<T, NZ>::zeros();
+        for x in self.plus.iter().chain(&self.minus) {
+            shift += model.residual(&model.observe(x), &z_centre) * weights.side;
+        }
+        // ẑ wrapped by asking for its residual against zero.
+        let z_hat = model.residual(&(z_centre + shift), &SVector::zeros());
+        let mut spread = Symmetric::zeros();
+        let mut cross = SMatrix::zeros();
+        self.for_each(|x, weight| {
+            let dz = model.residual(&model.observe(x), &z_hat);
+            let weighted = dz * weight;
+            for k in 0..NZ {
+                for l in k..NZ {
+                    spread.upper_mut()[k][l] += weighted.data.0[0][k] * dz.data.0[0][l];
+                }
+            }
+            cross += (x - mean) * weighted.transpose();
+        });
+        Innovation::new(z_hat, cross, spread, &model.noise(mean))
+    }
+
+    /// Visits every point with its covariance weight.
+    fn for_each(&self, mut visit: impl FnMut(&SVector<T, NX>, T)) {
+        let weights = Weights::new(&self.scaling, NX);
+        visit(&self.centre, weights.centre);
+        for x in self.plus.iter().chain(&self.minus) {
+            visit(x, weights.side);
+        }
+    }
+}
+
+/// W of the sides, and of the centre in covariances.
+struct Weights<T> {
+    centre: T,
+    side: T,
+}
+
+impl<T: Real> Weights<T> {
+    fn new(s: &Scaling<T>, n: usize) -> Self {
+        let spread = s.spread(n);
+        Self { centre: T::lit(2.0) - T::from_count(n) / spread - s.alpha * s.alpha + s.beta, side: T::lit(0.5) / spread }
+    }
+}
+
+/// A motion or measurement model seen through sigma points instead of its Jacobian: put it where the model stood.
+///
+/// Where a covariance has no factor (a filter gone wrong), the model's own linearisation serves.
+#[derive(Clone, Copy, Debug)]
+pub struct Unscented<M, T> {
+    /// The model.
+    pub model: M,
+    /// The scaling of the points.
+    pub scaling: Scaling<T>,
+}
+
+impl<T: Real, M: MotionModel<T, NX>, const NX: usize> MotionModel<T, NX> for Unscented<M, T> {
+    const LAYOUT: Layout = M::LAYOUT;
+
+    fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX> {
+        self.model.transition(x, dt)
+    }
+    fn jacobian(&self, x: &SVector<T, NX>, dt: T) -> SMatrix<T, NX, NX> {
+        self.model.jacobian(x, dt)
+    }
+    fn process_noise(&self, x: &SVector<T, NX>, dt: T) -> Symmetric<T, NX> {
+        self.model.process_noise(x, dt)
+    }
+    fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
+        match SigmaPoints::draw(g, self.scaling) {
+            Some(points) => *g = points.propagate(&self.model, dt).1,
+            None => self.model.predict(g, dt),
+        }
+    }
+}
+
+impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> MeasurementModel<T, NX, NZ> for Unscented<M, T> {
+    const LAYOUT: Layout = M::LAYOUT;
+
+    fn observe(&self, x: &SVector<T, NX>) -> SVector<T, NZ> {
+        self.model.observe(x)
+    }
+    fn jacobian(&self, x: &SVector<T, NX>) -> SMatrix<T, NZ, NX> {
+        self.model.jacobian(x)
+    }
+    fn noise(&self, x: &SVector<T, NX>) -> Symmetric<T, NZ> {
+        self.model.noise(x)
+    }
+    fn residual(&self, z: &SVector<T, NZ>, z_hat: &SVector<T, NZ>) -> SVector<T, NZ> {
+        self.model.residual(z, z_hat)
+    }
+    fn innovation(&self, g: &Gaussian<T, NX>) -> Innovation<T, NX, NZ> {
+        match SigmaPoints::draw(g, self.scaling) {
+            Some(points) => points.observe(&self.model, &g.mean),
+            None => self.model.innovation(g),
+        }
+    }
+    fn locate(&self, z: &SVector<T, NZ>, noise: &Symmetric<T, NZ>) -> Option<super::Fix<T>> {
+        self.model.locate(z, noise)
+    }
+}

@@ -1,0 +1,291 @@
+//! The scalar: `f32` on the target, `f64` as the reference, one generic code path for both.
+//!
+//! nalgebra's [`RealField`] brings the arithmetic. It also brings `exp`, `sin` and their kin, but those come from
+//! the platform's mathematics library wherever `std` is linked, so a desk and a target would disagree in the last
+//! bits. The functions of this module are the only transcendentals the library calls. In `f32` they use nothing
+//! but IEEE additions, multiplications and divisions in single precision: our own [`exp`] and [`sin_cos`], and
+//! `libm` for [`ln`], [`atan2`], [`erf`] and the correctly rounded [`sqrt`]. Equal inputs give equal bits on every
+//! machine, and no double-precision code is linked.
+//!
+//! ```text
+//! exp    x = k ln 2 + r, |r| ≤ ½ ln 2,  e^x = 2^k (1 + r + r² p(r))     p of degree 3, minimax
+//! sin    x = k π/2 + r, |r| ≤ π/4,      sin r = r + r³ p(r²)            p of degree 2, minimax
+//! cos                                    cos r = 1 − r²/2 + r⁴ p(r²)
+//! ```
+
+use nalgebra::RealField;
+
+pub(crate) mod sealed {
+    /// The functions behind the free functions of `scalar`, and the seal of `Real`.
+    pub trait Math: Sized {
+        fn exp(self) -> Self;
+        fn ln(self) -> Self;
+        fn sqrt(self) -> Self;
+        fn sin_cos(self) -> (Self, Self);
+        fn atan2(self, x: Self) -> Self;
+        fn erf(self) -> Self;
+        fn round(self) -> Self;
+    }
+}
+
+/// A real number of the width the trackers run in: `f32` or `f64`. Sealed.
+pub trait Real: RealField + Copy + sealed::Math {
+    /// 0
+    const ZERO: Self;
+    /// 1
+    const ONE: Self;
+    /// π
+    const PI: Self;
+    /// ln 2π, of every Gaussian's normalisation
+    const LN_2PI: Self;
+    /// The logarithm below which [`exp`] returns zero: no result is subnormal.
+    const LN_FLOOR: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+    /// The nearest number to the constant `x`.
+    fn lit(x: f64) -> Self;
+    /// A count.
+    fn from_count(n: usize) -> Self;
+    /// Seconds of a number of microseconds, correctly rounded while |`us`| fits the mantissa.
+    fn from_micros(us: i64) -> Self;
+    /// The same number in double precision.
+    fn to_f64(self) -> f64;
+}
+
+impl Real for f32 {
+    const ZERO: f32 = 0.0;
+    const ONE: f32 = 1.0;
+    const PI: f32 = core::f32::consts::PI;
+    const LN_2PI: f32 = 1.837_877_1;
+    const LN_FLOOR: f32 = -86.9;
+    const EPSILON: f32 = f32::EPSILON;
+    #[inline(always)]
+    fn lit(x: f64) -> f32 {
+        x as f32
+    }
+    #[inline(always)]
+    fn from_count(n: usize) -> f32 {
+        n as f32
+    }
+    #[inline]
+    fn from_micros(us: i64) -> f32 {
+        us as f32 / 1e6
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self as f64
+    }
+}
+
+impl Real for f64 {
+    const ZERO: f64 = 0.0;
+    const ONE: f64 = 1.0;
+    const PI: f64 = core::f64::consts::PI;
+    const LN_2PI: f64 = 1.837_877_066_409_345_5;
+    const LN_FLOOR: f64 = -708.0;
+    const EPSILON: f64 = f64::EPSILON;
+    #[inline(always)]
+    fn lit(x: f64) -> f64 {
+        x
+    }
+    #[inline(always)]
+    fn from_count(n: usize) -> f64 {
+        n as f64
+    }
+    #[inline]
+    fn from_micros(us: i64) -> f64 {
+        us as f64 / 1e6
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+/// e^x. In `f32` within 1.5e-7 of the true value, relative; zero below [`Real::LN_FLOOR`], infinite above 88.7.
+#[inline(always)]
+pub fn exp<T: Real>(x: T) -> T {
+    sealed::Math::exp(x)
+}
+
+/// ln x, −∞ at zero.
+#[inline(always)]
+pub fn ln<T: Real>(x: T) -> T {
+    sealed::Math::ln(x)
+}
+
+/// √x, correctly rounded.
+#[inline(always)]
+pub fn sqrt<T: Real>(x: T) -> T {
+    sealed::Math::sqrt(x)
+}
+
+/// (sin x, cos x), x in radians. In `f32` within 1.2e-7 absolutely for |x| ≤ 1000.
+#[inline(always)]
+pub fn sin_cos<T: Real>(x: T) -> (T, T) {
+    sealed::Math::sin_cos(x)
+}
+
+/// The angle of the point (x, y) from the x axis, in (−π, π] \[rad\].
+#[inline(always)]
+pub fn atan2<T: Real>(y: T, x: T) -> T {
+    sealed::Math::atan2(y, x)
+}
+
+/// The error function, for gate probabilities in odd dimensions.
+#[inline(always)]
+pub fn erf<T: Real>(x: T) -> T {
+    sealed::Math::erf(x)
+}
+
+/// `angle` less the whole turns, in (−π, π] \[rad\].
+#[inline]
+pub fn wrap<T: Real>(angle: T) -> T {
+    let turn = T::PI + T::PI;
+    let wrapped = angle - sealed::Math::round(angle / turn) * turn;
+    if wrapped <= -T::PI { T::PI } else { wrapped }
+}
+
+/// The larger of two numbers, by one comparison (`a` where either is NaN).
+#[inline(always)]
+pub fn larger<T: Real>(a: T, b: T) -> T {
+    if b > a { b } else { a }
+}
+
+/// Adding and subtracting 1.5 · 2²³ rounds a single-precision number of magnitude below 2²² to an integer, ties to even.
+const ROUND: f32 = 12_582_912.0;
+
+impl sealed::Math for f32 {
+    #[inline(always)]
+    fn exp(self) -> f32 {
+        // Ordered so that NaN falls through to the polynomial and stays NaN.
+        if self < <f32 as Real>::LN_FLOOR {
+            return 0.0;
+        }
+        if self > 88.72 {
+            return f32::INFINITY;
+        }
+        let shifted = self * core::f32::consts::LOG2_E + ROUND;
+        let k = shifted - ROUND;
+        // ln 2 in two parts, the first short enough that k times it is exact.
+        let r = (self - k * 0.693_359_4) + k * 2.121_944_4e-4;
+        let p = ((8.312_520e-3 * r + 4.189_015_7e-2) * r + 1.666_711_5e-1) * r + 4.999_923e-1;
+        let m = (r * r) * p + r + 1.0;
+        // 2^k in two factors, since k reaches 128.
+        let scale = f32::from_bits((shifted.to_bits().wrapping_add(126) << 23) & 0x7f80_0000);
+        m * scale * 2.0
+    }
+    #[inline(always)]
+    fn ln(self) -> f32 {
+        libm::logf(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> f32 {
+        libm::sqrtf(self)
+    }
+    #[inline]
+    fn sin_cos(self) -> (f32, f32) {
+        let shifted = self * core::f32::consts::FRAC_2_PI + ROUND;
+        let k = shifted - ROUND;
+        // π/2 in three parts: exact products for |k| < 2¹¹.
+        let r = ((self - k * 1.570_312_5) - k * 4.837_513e-4) - k * 7.549_79e-8;
+        let z = r * r;
+        let s = r + r * z * ((-1.951_495_8e-4 * z + 8.332_158e-3) * z - 1.666_665_5e-1);
+        let c = 1.0 - 0.5 * z + z * z * ((2.443_278_5e-5 * z - 1.388_731_3e-3) * z + 4.166_664_6e-2);
+        match shifted.to_bits() & 3 {
+            0 => (s, c),
+            1 => (c, -s),
+            2 => (-s, -c),
+            _ => (-c, s),
+        }
+    }
+    #[inline(always)]
+    fn atan2(self, x: f32) -> f32 {
+        libm::atan2f(self, x)
+    }
+    #[inline(always)]
+    fn erf(self) -> f32 {
+        libm::erff(self)
+    }
+    #[inline(always)]
+    fn round(self) -> f32 {
+        libm::rintf(self)
+    }
+}
+
+impl sealed::Math for f64 {
+    #[inline(always)]
+    fn exp(self) -> f64 {
+        if self < <f64 as Real>::LN_FLOOR { 0.0 } else { libm::exp(self) }
+    }
+    #[inline(always)]
+    fn ln(self) -> f64 {
+        libm::log(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> f64 {
+        libm::sqrt(self)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (f64, f64) {
+        libm::sincos(self)
+    }
+    #[inline(always)]
+    fn atan2(self, x: f64) -> f64 {
+        libm::atan2(self, x)
+    }
+    #[inline(always)]
+    fn erf(self) -> f64 {
+        libm::erf(self)
+    }
+    #[inline(always)]
+    fn round(self) -> f64 {
+        libm::rint(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn single_precision_exp_is_good_to_a_few_units_in_the_last_place() {
+        let mut worst = 0.0f64;
+        for i in 0..400_000 {
+            let x = -86.9 + f64::from(i) * (86.9 + 88.7) / 400_000.0;
+            let x = x as f32;
+            let truth = libm::exp(f64::from(x));
+            worst = worst.max((f64::from(exp(x)) - truth).abs() / truth);
+        }
+        assert!(worst < 2.5e-7, "{worst:e}");
+        assert_eq!((exp(0.0f32), exp(-88.0f32), exp(89.0f32)), (1.0, 0.0, f32::INFINITY));
+        assert!(exp(f32::NAN).is_nan() && exp(f32::NEG_INFINITY) == 0.0);
+    }
+
+    #[test]
+    fn single_precision_sine_and_cosine() {
+        let mut worst = 0.0f64;
+        for i in -200_000..=200_000 {
+            let x = i as f32 * 0.005;
+            let (s, c) = sin_cos(x);
+            let (ts, tc) = libm::sincos(f64::from(x));
+            worst = worst.max((f64::from(s) - ts).abs()).max((f64::from(c) - tc).abs());
+        }
+        assert!(worst < 1.2e-7, "{worst:e}");
+        assert!(sin_cos(f32::NAN).0.is_nan() && sin_cos(f32::INFINITY).1.is_nan());
+    }
+
+    #[test]
+    fn angles_wrap_into_the_half_open_turn() {
+        assert_eq!(wrap(core::f64::consts::PI), core::f64::consts::PI);
+        assert_eq!(wrap(-core::f64::consts::PI), core::f64::consts::PI);
+        assert!((wrap(7.0f64) - (7.0 - core::f64::consts::TAU)).abs() < 1e-15);
+        assert!((wrap(-7.0f32) - (core::f32::consts::TAU - 7.0)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn seconds_of_whole_milliseconds_are_correctly_rounded() {
+        assert_eq!(f32::from_micros(1_680_000), 1.68);
+        assert_eq!(f64::from_micros(-1_000), -0.001);
+    }
+}

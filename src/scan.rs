@@ -1,0 +1,177 @@
+//! Everything that goes into a tracker and comes out of it.
+
+use crate::error::ScanError;
+use crate::gaussian::{Gaussian, zero_vector};
+use crate::scalar::Real;
+use crate::symmetric::Symmetric;
+use crate::time::Instant;
+use crate::track::{Change, Status, TrackId};
+use nalgebra::SVector;
+
+/// One plot: a measurement of `NZ` coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detection<T, const NZ: usize> {
+    /// z, in the coordinates and units of its sensor
+    pub z: SVector<T, NZ>,
+    /// R of this detection, where it differs from the sensor's
+    pub noise: Option<Symmetric<T, NZ>>,
+    /// Strength, in any unit in which more is better: decides what is kept when a scan is too large
+    pub amplitude: Option<T>,
+}
+
+impl<T: Real, const NZ: usize> Detection<T, NZ> {
+    /// A measurement with its sensor's noise and no amplitude.
+    #[must_use]
+    pub const fn new(z: [T; NZ]) -> Self {
+        let mut v = zero_vector();
+        v.data.0[0] = z;
+        Self { z: v, noise: None, amplitude: None }
+    }
+
+    /// The same with its own noise covariance.
+    #[must_use]
+    pub const fn with_noise(self, noise: Symmetric<T, NZ>) -> Self {
+        Self { noise: Some(noise), ..self }
+    }
+
+    /// The same with its amplitude.
+    #[must_use]
+    pub const fn with_amplitude(self, amplitude: T) -> Self {
+        Self { amplitude: Some(amplitude), ..self }
+    }
+
+    fn check(&self) -> Result<(), ScanError> {
+        if !(self.z.iter().all(|v| v.is_finite()) && self.amplitude.is_none_or(|a| a.is_finite())) {
+            return Err(ScanError::DetectionNotFinite);
+        }
+        match &self.noise {
+            Some(noise) if !noise.is_finite() => Err(ScanError::DetectionNotFinite),
+            Some(noise) if !noise.is_definite() => Err(ScanError::NoiseNotDefinite),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What one sensor saw at one time. An empty scan says that it looked and saw nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Scan<'a, T, const NZ: usize> {
+    /// When
+    pub time: Instant,
+    /// The plots, in any order
+    pub detections: &'a [Detection<T, NZ>],
+}
+
+impl<'a, T: Real, const NZ: usize> Scan<'a, T, NZ> {
+    /// The plots `detections` at `time`.
+    #[must_use]
+    pub const fn new(time: Instant, detections: &'a [Detection<T, NZ>]) -> Self {
+        Self { time, detections }
+    }
+
+    /// Refuses what no tracker may take in.
+    ///
+    /// # Errors
+    /// Time before `last`; coordinates, amplitudes or noise that are not finite; noise that is not definite.
+    pub fn check(&self, last: Option<Instant>) -> Result<(), ScanError> {
+        if last.is_some_and(|last| self.time < last) {
+            return Err(ScanError::TimeReversed);
+        }
+        self.detections.iter().try_for_each(Detection::check)
+    }
+}
+
+/// The detections of a scan that a tracker with room for `DETS` takes: all, or the strongest, or the first.
+#[derive(Clone, Debug)]
+pub(crate) struct Selection<const DETS: usize> {
+    pub indices: heapless::Vec<u16, DETS>,
+    pub dropped: u16,
+}
+
+impl<const DETS: usize> Selection<DETS> {
+    /// Keeps by amplitude where given (none counts as the weakest), else by arrival; order of arrival is preserved.
+    #[inline]
+    pub fn new<T: Real, const NZ: usize>(detections: &[Detection<T, NZ>]) -> Self {
+        let mut indices = heapless::Vec::<u16, DETS>::new();
+        let weaker = |a: &Detection<T, NZ>, b: &Detection<T, NZ>| match (a.amplitude, b.amplitude) {
+            (Some(a), Some(b)) => a < b,
+            (None, Some(_)) => true,
+            (_, None) => false,
+        };
+        for (i, d) in detections.iter().enumerate().take(usize::from(u16::MAX)) {
+            if indices.push(i as u16).is_ok() {
+                continue;
+            }
+            let kept = indices.iter().filter_map(|k| Some((*k, detections.get(usize::from(*k))?)));
+            let weakest = kept.reduce(|a, b| if weaker(b.1, a.1) { b } else { a });
+            if let Some((k, kept)) = weakest
+                && weaker(kept, d)
+            {
+                indices.retain(|index| *index != k);
+                let _ = indices.push(i as u16);
+            }
+        }
+        let dropped = detections.len() - indices.len();
+        Self { indices, dropped: u16::try_from(dropped).unwrap_or(u16::MAX) }
+    }
+}
+
+/// What is known of one target.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate<T, const NX: usize> {
+    /// Which track
+    pub id: TrackId,
+    /// How far it is trusted
+    pub status: Status,
+    /// The combined density over all modes
+    pub state: Gaussian<T, NX>,
+}
+
+/// What a step did, and what it gave up for want of room. Nothing is lost that is not counted here.
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Report {
+    /// Detections taken in
+    pub detections: u16,
+    /// Detections beyond the capacity, given up by amplitude or by arrival
+    pub detections_dropped: u16,
+    /// Detections that no track gated
+    pub detections_unclaimed: u16,
+    /// Detections that could have become half of a two-point track, forgotten for want of room
+    pub seeds_dropped: u16,
+    /// Tracks started
+    pub births: u16,
+    /// Tracks not started for want of a slot, or because all identities are used up
+    pub births_refused: u16,
+    /// Tentative tracks that gave their slot to a birth
+    pub tracks_evicted: u16,
+    /// Tracks confirmed in this step
+    pub tracks_confirmed: u16,
+    /// Tracks deleted because they were no longer seen, or too uncertain
+    pub tracks_deleted: u16,
+    /// Tracks deleted because an older one follows the same target
+    pub duplicates_deleted: u16,
+    /// Corrections taken back because they would have broken a covariance
+    pub numeric_resets: u16,
+}
+
+impl Report {
+    pub(crate) fn count(&mut self, change: Change) {
+        let counter = match change {
+            Change::None => return,
+            Change::Confirmed => &mut self.tracks_confirmed,
+            Change::Deleted => &mut self.tracks_deleted,
+        };
+        *counter = counter.saturating_add(1);
+    }
+
+    /// Whether nothing was given up for want of room or precision.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.detections_dropped == 0
+            && self.seeds_dropped == 0
+            && self.births_refused == 0
+            && self.tracks_evicted == 0
+            && self.numeric_resets == 0
+    }
+}

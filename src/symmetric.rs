@@ -1,0 +1,322 @@
+//! Symmetric matrices: covariances that cannot become asymmetric.
+//!
+//! A full square array of which only the entries (i, j) with i ≤ j mean anything. That costs the memory of the
+//! lower triangle, and buys straight-line kernels without index arithmetic and without unstable const expressions.
+//!
+//! ```text
+//! inverse    N ≤ 3: adjugate over determinant;  else S = L D L', S⁻¹ = L⁻ᵀ D⁻¹ L⁻¹
+//! factor     P = L L' (Cholesky), a zero pivot gives a zero column: P may be semi-definite
+//! ```
+
+use crate::scalar::{Real, ln, sqrt};
+use nalgebra::SMatrix;
+
+/// A symmetric N × N matrix.
+#[derive(Clone, Copy, Debug)]
+pub struct Symmetric<T, const N: usize> {
+    upper: [[T; N]; N],
+}
+
+/// S⁻¹ and ln det S of a positive definite matrix.
+#[derive(Clone, Copy, Debug)]
+pub struct Inverse<T, const N: usize> {
+    /// S⁻¹
+    pub matrix: Symmetric<T, N>,
+    /// ln det S
+    pub ln_det: T,
+}
+
+impl<T: Real, const N: usize> Symmetric<T, N> {
+    /// All entries zero.
+    #[must_use]
+    pub const fn zeros() -> Self {
+        Self { upper: [[T::ZERO; N]; N] }
+    }
+
+    /// Entry (i, j) = `entry(i, j)`, called for i ≤ j only.
+    #[inline(always)]
+    #[must_use]
+    pub fn from_fn(mut entry: impl FnMut(usize, usize) -> T) -> Self {
+        let mut s = Self::zeros();
+        for (i, row) in s.upper.iter_mut().enumerate() {
+            for (j, v) in row.iter_mut().enumerate().skip(i) {
+                *v = entry(i, j);
+            }
+        }
+        s
+    }
+
+    /// The diagonal matrix of `diagonal`, for example of variances.
+    #[inline(always)]
+    #[must_use]
+    pub fn from_diagonal(diagonal: [T; N]) -> Self {
+        Self::from_fn(|i, j| if i == j { diagonal[i] } else { T::ZERO })
+    }
+
+    /// The upper triangle of `m`; what stands below is not read.
+    #[must_use]
+    pub fn from_matrix(m: &SMatrix<T, N, N>) -> Self {
+        Self::from_fn(|i, j| m.data.0[j][i])
+    }
+
+    /// Both triangles.
+    #[must_use]
+    pub fn to_matrix(&self) -> SMatrix<T, N, N> {
+        SMatrix::from_fn(|i, j| self.at(i, j))
+    }
+
+    /// Entry (i, j) or (j, i), `None` outside the matrix.
+    #[must_use]
+    pub fn get(&self, i: usize, j: usize) -> Option<T> {
+        let (i, j) = if i <= j { (i, j) } else { (j, i) };
+        self.upper.get(i)?.get(j).copied()
+    }
+
+    /// The rows, of which only the entries (i, j) with i ≤ j mean anything. For kernels.
+    #[inline(always)]
+    #[must_use]
+    pub fn upper(&self) -> &[[T; N]; N] {
+        &self.upper
+    }
+
+    /// As [`upper`](Self::upper), to be written.
+    #[inline(always)]
+    pub fn upper_mut(&mut self) -> &mut [[T; N]; N] {
+        &mut self.upper
+    }
+
+    /// Entry (i, j) of either triangle, for indices that loops over 0..N make.
+    #[inline(always)]
+    pub(crate) fn at(&self, i: usize, j: usize) -> T {
+        if i <= j { self.upper[i][j] } else { self.upper[j][i] }
+    }
+
+    /// Sum of two matrices.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self::from_fn(|i, j| self.upper[i][j] + other.upper[i][j])
+    }
+
+    /// S v
+    #[inline(always)]
+    #[must_use]
+    pub fn times(&self, v: &[T; N]) -> [T; N] {
+        core::array::from_fn(|i| {
+            let mut sum = self.at(i, 0) * v[0];
+            for j in 1..N {
+                sum += self.at(i, j) * v[j];
+            }
+            sum
+        })
+    }
+
+    /// Whether every entry is finite.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let mut sum = T::ZERO;
+        for i in 0..N {
+            for j in i..N {
+                // Zero times a finite number is zero; times NaN or an infinity it is NaN.
+                sum += self.upper[i][j] * T::ZERO;
+            }
+        }
+        sum == T::ZERO
+    }
+
+    /// Whether every entry is finite and no variance is negative: what every covariance must satisfy, and cheap.
+    #[inline]
+    #[must_use]
+    pub fn has_valid_variances(&self) -> bool {
+        (0..N).all(|i| self.upper[i][i] >= T::ZERO) && self.is_finite()
+    }
+
+    /// Whether the matrix is positive definite.
+    #[must_use]
+    pub fn is_definite(&self) -> bool {
+        self.inverse().is_some()
+    }
+
+    /// S⁻¹ and ln det S, or `None` where S is not positive definite (or not finite).
+    ///
+    /// The closed forms up to N = 3 do not mind mixed units: scaling a row and its column scales every product alike.
+    #[inline(always)]
+    #[must_use]
+    pub fn inverse(&self) -> Option<Inverse<T, N>> {
+        let s = &self.upper;
+        let (det, matrix) = if N == 1 {
+            let det = s[0][0];
+            (det, Self::from_fn(|_, _| T::ONE / det))
+        } else if N == 2 {
+            let (a, b, c) = (s[0][0], s[0][1], s[1][1]);
+            let det = a * c - b * b;
+            let scale = T::ONE / det;
+            let m = Self::from_fn(|i, j| {
+                if i != j {
+                    -b * scale
+                } else if i == 0 {
+                    c * scale
+                } else {
+                    a * scale
+                }
+            });
+            (if a > T::ZERO { det } else { -T::ONE }, m)
+        } else if N == 3 {
+            let (a, b, c, d, e, f) = (s[0][0], s[0][1], s[0][2], s[1][1], s[1][2], s[2][2]);
+            let (c00, c01, c02) = (d * f - e * e, c * e - b * f, b * e - c * d);
+            let (c11, c12, c22) = (a * f - c * c, b * c - a * e, a * d - b * b);
+            let det = a * c00 + b * c01 + c * c02;
+            let scale = T::ONE / det;
+            let adjugate = [[c00, c01, c02], [c01, c11, c12], [c02, c12, c22]];
+            let definite = a > T::ZERO && c22 > T::ZERO;
+            (if definite { det } else { -T::ONE }, Self::from_fn(|i, j| adjugate[i][j] * scale))
+        } else {
+            return self.inverse_by_factors();
+        };
+        if det > T::ZERO && matrix.is_finite() { Some(Inverse { matrix, ln_det: ln(det) }) } else { None }
+    }
+
+    /// The general case: S = L D L', then S⁻¹ = Σ_k (row k of L⁻¹)' (row k of L⁻¹) / d_k.
+    fn inverse_by_factors(&self) -> Option<Inverse<T, N>> {
+        let mut l = [[T::ZERO; N]; N];
+        let mut d = [T::ZERO; N];
+        let mut ln_det = T::ZERO;
+        for j in 0..N {
+            let mut pivot = self.upper[j][j];
+            for k in 0..j {
+                pivot -= l[j][k] * l[j][k] * d[k];
+            }
+            if !(pivot > T::ZERO && pivot.is_finite()) {
+                return None;
+            }
+            d[j] = pivot;
+            ln_det += ln(pivot);
+            for i in j + 1..N {
+                let mut v = self.upper[j][i];
+                for k in 0..j {
+                    v -= l[i][k] * l[j][k] * d[k];
+                }
+                l[i][j] = v / pivot;
+            }
+        }
+        // L⁻¹ by forward substitution, in place below the unit diagonal.
+        for i in 0..N {
+            for j in 0..i {
+                let mut v = -l[i][j];
+                for k in j + 1..i {
+                    v -= l[i][k] * l[k][j];
+                }
+                l[i][j] = v;
+            }
+        }
+        let row = |k: usize, i: usize| if k == i { T::ONE } else { l[k][i] };
+        let matrix = Self::from_fn(|i, j| {
+            let mut sum = row(j, i) / d[j];
+            for k in j + 1..N {
+                sum += row(k, i) * row(k, j) / d[k];
+            }
+            sum
+        });
+        matrix.is_finite().then_some(Inverse { matrix, ln_det })
+    }
+
+    /// The lower triangular L with S = L L', or `None` where S has a negative pivot or is not finite.
+    ///
+    /// A pivot that rounding cannot tell from zero gives a zero column, so that singular covariances (a
+    /// constant-velocity mode padded with zero accelerations) have a factor too.
+    #[must_use]
+    pub fn cholesky(&self) -> Option<[[T; N]; N]> {
+        if !self.has_valid_variances() {
+            return None;
+        }
+        let mut l = [[T::ZERO; N]; N];
+        let slack = T::EPSILON * T::from_count(4 * N);
+        for j in 0..N {
+            let mut pivot = self.upper[j][j];
+            for k in 0..j {
+                pivot -= l[j][k] * l[j][k];
+            }
+            let noise = self.upper[j][j] * slack;
+            if pivot < -noise {
+                return None;
+            }
+            if pivot <= noise {
+                continue;
+            }
+            let root = sqrt(pivot);
+            l[j][j] = root;
+            for i in j + 1..N {
+                let mut v = self.upper[j][i];
+                for k in 0..j {
+                    v -= l[i][k] * l[j][k];
+                }
+                l[i][j] = v / root;
+            }
+        }
+        Some(l)
+    }
+}
+
+impl<T: PartialEq, const N: usize> PartialEq for Symmetric<T, N> {
+    fn eq(&self, other: &Self) -> bool {
+        (0..N).all(|i| (i..N).all(|j| self.upper[i][j] == other.upper[i][j]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn definite<const N: usize>(entries: &[f64], ridge: f64) -> Symmetric<f64, N> {
+        let a = SMatrix::<f64, N, N>::from_fn(|i, j| entries[i * N + j]);
+        Symmetric::from_matrix(&(a * a.transpose() + SMatrix::identity() * ridge))
+    }
+
+    fn check<const N: usize>(entries: &[f64]) -> Result<(), TestCaseError> {
+        let s = definite::<N>(entries, 0.1);
+        let inverse = s.inverse().ok_or_else(|| TestCaseError::fail("not inverted"))?;
+        let one = s.to_matrix() * inverse.matrix.to_matrix();
+        prop_assert!((one - SMatrix::identity()).abs().max() < 1e-9);
+        let factor = s.to_matrix().cholesky().ok_or_else(|| TestCaseError::fail("no factor"))?;
+        let ln_det: f64 = (0..N).map(|i| 2.0 * libm::log(factor.l()[(i, i)])).sum();
+        prop_assert!((inverse.ln_det - ln_det).abs() < 1e-9);
+        let l = s.cholesky().ok_or_else(|| TestCaseError::fail("no factor"))?;
+        let l = SMatrix::<f64, N, N>::from_fn(|i, j| l[i][j]);
+        prop_assert!((l * l.transpose() - s.to_matrix()).abs().max() < 1e-12 * (1.0 + s.to_matrix().abs().max()));
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn inverse_and_factor_reproduce_the_matrix(entries in prop::collection::vec(-3.0..3.0f64, 36)) {
+            check::<1>(&entries)?;
+            check::<2>(&entries)?;
+            check::<3>(&entries)?;
+            check::<4>(&entries)?;
+            check::<6>(&entries)?;
+        }
+    }
+
+    #[test]
+    fn indefinite_and_broken_matrices_are_refused() {
+        let indefinite = Symmetric::<f64, 2>::from_fn(|i, j| if i == j { 1.0 } else { 2.0 });
+        assert!(indefinite.inverse().is_none() && indefinite.cholesky().is_none());
+        let negative = Symmetric::<f64, 2>::from_diagonal([-1.0, -1.0]);
+        assert!(negative.inverse().is_none());
+        let mixed = Symmetric::<f64, 3>::from_diagonal([-1.0, -1.0, 1.0]);
+        assert!(mixed.inverse().is_none());
+        let infinite = Symmetric::<f32, 2>::from_diagonal([f32::INFINITY, 1.0]);
+        assert!(infinite.inverse().is_none() && infinite.cholesky().is_none());
+        let nan = Symmetric::<f32, 4>::from_diagonal([1.0, f32::NAN, 1.0, 1.0]);
+        assert!(nan.inverse().is_none() && nan.cholesky().is_none());
+    }
+
+    #[test]
+    fn a_singular_covariance_has_a_factor() {
+        let s = Symmetric::<f64, 3>::from_fn(|i, j| [[4.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 0.0]][i][j]);
+        let l = s.cholesky().map(|l| SMatrix::<f64, 3, 3>::from_fn(|i, j| l[i][j]));
+        assert_eq!(l.map(|l| l * l.transpose()), Some(s.to_matrix()));
+    }
+}
