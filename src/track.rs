@@ -63,8 +63,13 @@ impl<T: Real> Logic<T> {
         if hits == 0 || hits > window || window > 32 || misses == 0 || misses > 32 {
             return Err(ConfigError::BadWindow);
         }
-        let unlimited = T::lit(1e12);
-        Ok(Self { hits, window, misses, position_variance: unlimited, duplicate_distance: T::ZERO })
+        Ok(Self { hits, window, misses, ..Self::unmanaged() })
+    }
+
+    /// Tracks are confirmed at once and live until the caller [`remove`](crate::tracker::State::remove)s them.
+    #[must_use]
+    pub fn unmanaged() -> Self {
+        Self { hits: 1, window: 1, misses: u8::MAX, position_variance: T::ONE / T::ZERO, duplicate_distance: T::ZERO }
     }
 
     /// Also deletes tracks whose position standard deviation, in any axis, exceeds `limit` \[m\].

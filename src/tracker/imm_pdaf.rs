@@ -89,6 +89,17 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
         self.tracks.iter().find(|t| t.id() == Some(id))
     }
 
+    /// Deletes the track `id`. Returns whether it lived.
+    pub fn remove(&mut self, id: TrackId) -> bool {
+        match self.tracks.iter_mut().find(|t| t.id() == Some(id)) {
+            Some(track) => {
+                *track = Track::FREE;
+                true
+            }
+            None => false,
+        }
+    }
+
     /// The combined estimates of all live tracks, computed as they are asked for.
     pub fn estimates(&self) -> impl Iterator<Item = Estimate<T, NX>> {
         self.tracks.iter().filter_map(|t| Some(Estimate { id: t.id()?, status: t.status(), state: t.bank().combined() }))
