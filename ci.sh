@@ -24,7 +24,8 @@ readonly image_dir=firmware-example/target/$target/release
 panics_allowed() {
     case $1 in
         demo) echo 3 ;;     # defmt-semihosting: "taken reentrantly" and alike; the next line's two
-        selftest) echo 2 ;; # cortex-m-semihosting: RefCell around its output handles
+        selftest) echo 3 ;; # cortex-m-semihosting: RefCell around its output handles; bounds checks that the
+                            # optimiser leaves in loops over nine states, which cannot fail
     esac
 }
 

@@ -69,7 +69,7 @@ impl<T: Real, const NX: usize> Initiation<T, NX> {
     }
 
     /// The density of a target seen at `fix`.
-    pub(crate) fn from_one(&self, layout: Layout, fix: &Fix<T>) -> Gaussian<T, NX> {
+    pub(crate) fn one_point(&self, layout: Layout, fix: &Fix<T>) -> Gaussian<T, NX> {
         let mut g = self.prior;
         let axes = || (0..layout.axes.min(3)).map(|a| (a, a * layout.stride));
         let p = g.cov.upper_mut();
@@ -96,8 +96,8 @@ impl<T: Real, const NX: usize> Initiation<T, NX> {
     }
 
     /// The density of a target seen at `first` and `dt` \[s\] later at `second`.
-    pub(crate) fn from_two(&self, layout: Layout, first: &Fix<T>, second: &Fix<T>, dt: T) -> Gaussian<T, NX> {
-        let mut g = self.from_one(layout, &Fix { radial: None, ..*second });
+    pub(crate) fn two_points(&self, layout: Layout, first: &Fix<T>, second: &Fix<T>, dt: T) -> Gaussian<T, NX> {
+        let mut g = self.one_point(layout, &Fix { radial: None, ..*second });
         let rate = T::ONE / dt;
         let p = g.cov.upper_mut();
         let mut set = |i: usize, j: usize, v: T| {
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn two_points_give_their_difference_over_time() {
-        let g = initiation().map(|i| i.from_two(LAYOUT, &fix(0.0, 10.0), &fix(8.0, 6.0), 2.0));
+        let g = initiation().map(|i| i.two_points(LAYOUT, &fix(0.0, 10.0), &fix(8.0, 6.0), 2.0));
         assert_eq!(g.map(|g| g.mean), Ok(SVector::from([8.0, 4.0, 0.0, 6.0, -2.0, 0.0])));
         assert!(g.is_ok_and(|g| {
             let p = |i, j| g.cov.at(i, j);
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn a_radial_speed_sets_the_velocity_along_the_line_of_sight_only() {
         let radial = RadialSpeed { direction: [0.6, 0.8, 0.0], speed: -20.0, variance: 1e-6 };
-        let g = initiation().map(|i| i.from_one(LAYOUT, &Fix { radial: Some(radial), ..fix(300.0, 400.0) }));
+        let g = initiation().map(|i| i.one_point(LAYOUT, &Fix { radial: Some(radial), ..fix(300.0, 400.0) }));
         assert!(g.is_ok_and(|g| {
             let along = 0.6 * g.mean[1] + 0.8 * g.mean[4];
             let across = 0.8 * g.mean[1] - 0.6 * g.mean[4];

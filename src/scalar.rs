@@ -169,7 +169,7 @@ impl sealed::Math for f32 {
         let k = shifted - ROUND;
         // ln 2 in two parts, the first short enough that k times it is exact.
         let r = (self - k * 0.693_359_4) + k * 2.121_944_4e-4;
-        let p = ((8.312_520e-3 * r + 4.189_015_7e-2) * r + 1.666_711_5e-1) * r + 4.999_923e-1;
+        let p = ((8.312_52e-3 * r + 4.189_015_7e-2) * r + 1.666_711_5e-1) * r + 4.999_923e-1;
         let m = (r * r) * p + r + 1.0;
         // 2^k in two factors, since k reaches 128.
         let scale = f32::from_bits((shifted.to_bits().wrapping_add(126) << 23) & 0x7f80_0000);

@@ -314,14 +314,14 @@ where
             let Some(fix) = sensor.model().locate(&detection.z, &noise) else { continue };
             match self.initiation.rule {
                 Rule::Off => {}
-                Rule::OnePoint => self.bear(state, 1, self.initiation.from_one(M::LAYOUT, &fix), report),
+                Rule::OnePoint => self.bear(state, 1, self.initiation.one_point(M::LAYOUT, &fix), report),
                 Rule::TwoPoint { max_speed, max_gap } => {
                     let mut paired = false;
                     for k in 0..remembered {
                         let Some(seed) = state.seeds.get(k) else { continue };
                         if let Some(dt) = seed.pairs_with(&fix, scan.time, M::LAYOUT, max_speed, max_gap) {
                             paired = true;
-                            let g = self.initiation.from_two(M::LAYOUT, &seed.fix, &fix, dt);
+                            let g = self.initiation.two_points(M::LAYOUT, &seed.fix, &fix, dt);
                             self.bear(state, 2, g, report);
                         }
                     }

@@ -1,13 +1,52 @@
-//! Logs through defmt; `cargo run --release --bin demo` decodes the frames.
+//! Recorded radar scans through IMM-PDAF on the microcontroller: tracks out over defmt.
+//!
+//! `cargo run --release --bin demo` runs it in QEMU and decodes the frames. The tracker's configuration and scans are
+//! those of the crate `twin`, so the desk can compute the same.
 
 #![no_std]
 #![no_main]
 
+use boresight::track::Status;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
+use twin::radar::{self, State};
 
 #[entry]
 fn main() -> ! {
-    defmt::info!("demo: defmt over semihosting works");
-    firmware_example::exit(true)
+    // The entry attribute makes this a static and hands out the one reference to it: all zero bits, so .bss.
+    static mut STATE: State = State::new();
+    defmt::info!("boresight demo: {=usize} scans, state of {=usize} bytes", radar::scans(), size_of::<State>());
+    let passed = match track(STATE) {
+        Ok(confirmed) => confirmed > 0,
+        Err(fault) => {
+            defmt::error!("{}", defmt::Debug2Format(&fault));
+            false
+        }
+    };
+    firmware_example::exit(passed)
+}
+
+/// Runs all scans; returns the number of confirmed tracks at the end.
+fn track(state: &mut State) -> Result<usize, twin::Fault> {
+    let (tracker, sensor) = (radar::tracker()?, radar::sensor()?);
+    for k in 0..radar::scans() {
+        let report = radar::step(&tracker, &sensor, state, k)?;
+        if report.births > 0 || report.tracks_confirmed > 0 || report.tracks_deleted > 0 {
+            defmt::debug!("scan {=usize}: {}", k, report);
+        }
+        for estimate in state.estimates().filter(|e| e.status != Status::Tentative) {
+            let x = &estimate.state.mean;
+            defmt::info!(
+                "{=usize} s  {}  {}  position ({=f32}, {=f32}) m  velocity ({=f32}, {=f32}) m/s",
+                k,
+                estimate.id,
+                estimate.status,
+                x[0],
+                x[3],
+                x[1],
+                x[4]
+            );
+        }
+    }
+    Ok(state.estimates().filter(|e| e.status != Status::Tentative).count())
 }

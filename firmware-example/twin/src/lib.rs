@@ -1,0 +1,75 @@
+//! What desk and target both run: one tracker on recorded scans, and one pass through every kernel.
+//!
+//! Each run tells its results, value by value, to a [`Sink`]. The desk writes the bits of those values into
+//! [`data::EXPECTED`] (`cargo run --release -p host-tests -- twin`); the self-test on the target compares. A
+//! [`Label`] names every value, so that a divergence is found by part, scan, track and field.
+
+#![no_std]
+
+#[rustfmt::skip]
+pub mod data;
+pub mod kernels;
+pub mod radar;
+
+use boresight::gaussian::Gaussian;
+
+/// What a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// The part of the run: the tracker, or a kernel
+    pub part: &'static str,
+    /// Scan or step, from 0
+    pub scan: usize,
+    /// Number of the track's identity; 0 where there is none
+    pub track: u32,
+    /// The field of the result
+    pub field: &'static str,
+}
+
+/// Takes in results in a fixed order.
+pub trait Sink {
+    /// One value.
+    fn take(&mut self, label: Label, value: f32);
+}
+
+/// Tells mean and covariance of a density.
+pub(crate) fn tell<S: Sink, const NX: usize>(sink: &mut S, label: Label, g: &Gaussian<f32, NX>) {
+    for value in g.mean.iter() {
+        sink.take(Label { field: "mean", ..label }, *value);
+    }
+    for (i, row) in g.cov.upper().iter().enumerate() {
+        for value in row.iter().skip(i) {
+            sink.take(Label { field: "covariance", ..label }, *value);
+        }
+    }
+}
+
+/// Why a run could not be made; a configuration here is wrong.
+#[derive(Clone, Copy, Debug)]
+pub enum Fault {
+    /// A configuration was refused.
+    Config(boresight::error::ConfigError),
+    /// A scan was refused.
+    Scan(boresight::error::ScanError),
+}
+
+impl From<boresight::error::ConfigError> for Fault {
+    fn from(error: boresight::error::ConfigError) -> Self {
+        Self::Config(error)
+    }
+}
+
+impl From<boresight::error::ScanError> for Fault {
+    fn from(error: boresight::error::ScanError) -> Self {
+        Self::Scan(error)
+    }
+}
+
+/// Everything, in the order of [`data::EXPECTED`].
+///
+/// # Errors
+/// Where a configuration here is wrong.
+pub fn run<S: Sink>(sink: &mut S, state: &mut radar::State) -> Result<(), Fault> {
+    radar::run(sink, state)?;
+    kernels::run(sink)
+}

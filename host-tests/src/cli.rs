@@ -1,0 +1,170 @@
+//! The command line: `list`, `run`, `replay`, `solve`.
+//!
+//! ```text
+//! host-tests list
+//! host-tests run SCENARIO [--runs N] [--seed BASE] [--filters "A,B"] [--precision f32|f64] [--out DIR] [--json FILE]
+//! host-tests replay PLOTS [--config FILE.toml] [--precision f32|f64] [--out DIR] [--json FILE]
+//! host-tests solve IN.json OUT.json [--precision f32|f64]
+//! host-tests twin [--check]                                (from the repository root)
+//! ```
+//!
+//! Exit status 0: done; 1: a check failed; 2: bad usage or input, told in one line.
+
+use crate::{Failure, Precision, output, replay, scenario, solve, twin};
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// The desk side of boresight: published scenarios, recorded plots, reference cases.
+#[derive(Debug, Parser)]
+#[command(name = "host-tests")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// List the scenarios and their filters
+    List,
+    /// Run a scenario by Monte Carlo and compare its filters
+    Run {
+        /// Name of the scenario, see `list`
+        scenario: String,
+        /// Number of runs (each scenario has its own default)
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+        runs: Option<u64>,
+        /// Base seed: run i uses BASE + i
+        #[arg(long, value_name = "BASE", default_value_t = 0)]
+        seed: u64,
+        /// Run only these filters, separated by commas
+        #[arg(long, value_name = "A,B")]
+        filters: Option<String>,
+        /// Scalar type of the filters
+        #[arg(long, value_enum, default_value_t = Precision::F32)]
+        precision: Precision,
+        /// Write pictures and results into this directory
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Write the results as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Replay recorded plots (CSV or JSON)
+    Replay {
+        /// The recorded plots
+        plots: PathBuf,
+        /// Sensors, described in TOML
+        #[arg(long, value_name = "FILE.toml")]
+        config: Option<PathBuf>,
+        /// Scalar type of the tracker
+        #[arg(long, value_enum, default_value_t = Precision::F32)]
+        precision: Precision,
+        /// Write pictures and results into this directory
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Write the results as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Make the data of the firmware example: scans, reference cases and the bits of their results
+    Twin {
+        /// Only check that they are current
+        #[arg(long)]
+        check: bool,
+    },
+    /// Solve reference cases and write them with their results filled in
+    Solve {
+        /// The cases
+        #[arg(value_name = "IN.json")]
+        input: PathBuf,
+        /// Where the solved cases go
+        #[arg(value_name = "OUT.json")]
+        output: PathBuf,
+        /// Scalar type of the library's code
+        #[arg(long, value_enum, default_value_t = Precision::F64)]
+        precision: Precision,
+    },
+}
+
+/// Parses the arguments (program name first) and carries the command out.
+pub fn execute<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>) -> Result<(), Failure> {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            return output::print(&error.to_string());
+        }
+        Err(error) => return Err(usage(&error)),
+    };
+    match cli.command {
+        Command::List => scenario::list(scenario::SCENARIOS),
+        Command::Run { scenario, runs, seed, filters, precision, out, json } => {
+            scenario::run(scenario::SCENARIOS, &scenario::Request { scenario, runs, seed, filters, precision, out, json })
+        }
+        Command::Replay { plots, config, precision, out, json } => replay::run(&replay::Request { plots, config, precision, out, json }),
+        Command::Twin { check } => twin::run(&PathBuf::from("."), check),
+        Command::Solve { input, output, precision } => solve::run(&input, &output, precision),
+    }
+}
+
+/// A usage error in one line: the parser's first paragraph, which says what is wrong.
+fn usage(error: &clap::Error) -> Failure {
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return Failure::input("no command given; see --help");
+    }
+    let text = error.to_string();
+    let first = text.split("\n\n").next().unwrap_or_default();
+    Failure::input(format!("{}; see --help", first.trim_start_matches("error:").trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Status;
+
+    fn message(line: &str) -> Option<String> {
+        let arguments = std::iter::once("host-tests").chain(line.split_whitespace());
+        let failure = execute(arguments).err()?;
+        assert_eq!(failure.status(), Status::Input, "{line}");
+        Some(failure.to_string())
+    }
+
+    #[test]
+    fn definition_is_sound() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn usage_errors_are_one_line() {
+        for line in [
+            "",
+            "fly",
+            "run",
+            "run kashyap-a --runs 0",
+            "run kashyap-a --runs many",
+            "solve a.json",
+            "solve a.json b.json --precision f16",
+            "list --nonsense",
+            "replay",
+            "run x --seed -1",
+        ] {
+            let message = message(line);
+            assert!(message.as_ref().is_some_and(|m| !m.contains('\n') && m.ends_with("see --help")), "{line}: {message:?}");
+        }
+    }
+
+    #[test]
+    fn usage_errors_name_what_is_wrong() {
+        let of = |line| message(line).unwrap_or_default();
+        assert!(of("fly").contains("'fly'"));
+        assert!(of("run").contains("<SCENARIO>"));
+        assert!(of("solve a b --precision f16").contains("[possible values: f32, f64]"));
+    }
+
+    #[test]
+    fn unknown_scenario_is_bad_usage() {
+        assert!(message("run no-such-scenario").is_some_and(|m| m.contains("\"no-such-scenario\"")));
+    }
+}

@@ -1,0 +1,33 @@
+//! The desk side of boresight: everything that proves the library on a PC.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`cli`] | the commands `list`, `run`, `replay`, `solve` |
+//! | [`scenario`] | the table of published scenarios; each compares named filters by Monte Carlo |
+//! | [`solve`] | reference cases: reads a case file, fills in what the library computes |
+//! | [`replay`] | recorded plots: readers, sensor description, summary and picture |
+//! | [`mod@twin`] | the data of the firmware example and the bits expected of it |
+//! | [`metrics`] | OSPA, GOSPA, NEES, chi-square quantiles, tracking over a sequence of scans |
+//! | [`statistics`] | means with standard errors, medians, Wilson intervals |
+//! | [`monte_carlo`] | independent seeded runs in parallel, in order, with progress |
+//! | [`picture`] | SVG charts: maps with equal axes, curves over time |
+//! | [`output`], [`error`], [`precision`] | atomic files, the one-line error, f32 or f64 |
+//!
+//! Conventions: SI units and radians; angles in (-pi, pi]; x east, y north, z up unless a file says
+//! otherwise. Bad input is a [`Failure`], never a panic, and no output file is ever half-written.
+
+pub mod cli;
+pub mod error;
+pub mod metrics;
+pub mod monte_carlo;
+pub mod output;
+pub mod picture;
+pub mod precision;
+pub mod replay;
+pub mod scenario;
+pub mod solve;
+pub mod statistics;
+pub mod twin;
+
+pub use error::Failure;
+pub use precision::Precision;

@@ -1,0 +1,104 @@
+//! One sensor in TOML.
+//!
+//! ```toml
+//! [sensors.radar]
+//! position = [0.0, 0.0, 0.0]   # m, where the recording has no own position
+//! sigma = { x = 7.0, y = 7.0 } # standard deviations by component: m, rad, m/s; a plot's own take precedence
+//! p_detect = 0.9               # P_D: probability that a target is detected in a scan, above 0 and at most 1
+//! clutter_density = 4e-6       # λ: false detections per scan and unit volume of the measurement space, above 0
+//! min_range = 0.0              # m: nearer than this it sees nothing
+//! max_range = 500.0            # m: farther than this it sees nothing
+//! initiates = true             # whether its detections start tracks
+//! ```
+//!
+//! Defaults: as above, with 10 mrad for angles and 1 m/s for range rates; without `clutter_density` 4 false
+//! detections per km² for a sensor that reports x and y, and for any other a density estimated in each gate; without
+//! `max_range` the range of the farthest detection recorded of that sensor. Outside its ranges P_D is zero, and a
+//! track there is not counted as missed.
+
+use super::super::recording::{Component, Components};
+use super::{not_negative, positive};
+use crate::Failure;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// One sensor.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorConfig {
+    /// Position of a resting sensor \[m\].
+    pub position: [f64; 3],
+    /// Standard deviations by component name \[m, rad, m/s\]; a plot's own take precedence.
+    sigma: BTreeMap<String, f64>,
+    /// Probability that a target is detected in a scan, above 0 and at most 1.
+    pub p_detect: f64,
+    /// False detections per scan and unit volume of the measurement space, above 0; `None` for the usual.
+    pub clutter_density: Option<f64>,
+    /// Nearer than this it sees nothing \[m\].
+    pub min_range: f64,
+    /// Farther than this it sees nothing \[m\]; `None` for the range of its farthest detection.
+    pub max_range: Option<f64>,
+    /// Whether its detections start tracks.
+    pub initiates: bool,
+}
+
+impl Default for SensorConfig {
+    /// A coastal radar that reports x and y: nine of ten detected.
+    fn default() -> Self {
+        Self {
+            position: [0.0; 3],
+            sigma: BTreeMap::new(),
+            p_detect: 0.9,
+            clutter_density: None,
+            min_range: 0.0,
+            max_range: None,
+            initiates: true,
+        }
+    }
+}
+
+impl SensorConfig {
+    /// Standard deviation of every component; those not described have 7 m, 10 mrad, 1 m/s.
+    #[must_use]
+    pub fn sigma(&self) -> Components {
+        let mut sigma = Components::default();
+        for component in Component::ALL {
+            let usual = match component {
+                Component::X | Component::Y | Component::Z | Component::Range => 7.0,
+                Component::Azimuth | Component::Elevation => 0.01,
+                Component::RangeRate => 1.0,
+            };
+            sigma.set(component, self.sigma.get(component.name()).copied().unwrap_or(usual));
+        }
+        sigma
+    }
+
+    /// Refuses what no sensor can be.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if !self.position.iter().all(|x| x.is_finite()) {
+            return Err(Failure::at_field("position", "not finite"));
+        }
+        for (name, &sigma) in &self.sigma {
+            let field = format!("sigma.{name}");
+            let Some(component) = Component::named(name) else {
+                let known = Component::ALL.map(Component::name);
+                return Err(Failure::unknown("component", name, known).within("sigma"));
+            };
+            positive(&field, sigma)?;
+            if matches!(component, Component::Azimuth | Component::Elevation) && sigma > PI {
+                return Err(Failure::at_field(field, format!("{sigma} is more than half a turn; radians are wanted")));
+            }
+        }
+        if !(self.p_detect > 0.0 && self.p_detect <= 1.0) {
+            return Err(Failure::at_field("p_detect", format!("{} is not above 0 and at most 1", self.p_detect)));
+        }
+        self.clutter_density.map_or(Ok(()), |density| positive("clutter_density", density))?;
+        not_negative("min_range", self.min_range)?;
+        match self.max_range {
+            Some(max) if !max.is_finite() => Err(Failure::at_field("max_range", format!("{max} is not finite"))),
+            Some(max) if max <= self.min_range => Err(Failure::at_field("max_range", format!("{max} is not beyond min_range"))),
+            _ => Ok(()),
+        }
+    }
+}
