@@ -4,4 +4,4 @@ mod gate;
 mod single;
 
 pub use gate::Gate;
-pub use single::{NearestNeighbour, Pda, SingleAssociator};
+pub use single::{NearestNeighbour, Pda, PrintedPda, SingleAssociator};

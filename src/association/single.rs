@@ -12,6 +12,10 @@ use crate::scalar::Real;
 
 /// Turns the weights of one track into association probabilities.
 pub trait SingleAssociator<T: Real> {
+    /// Whether the tracker associates by the combined prediction and corrects all modes by one combined innovation,
+    /// the printed form of the IMM-PDAF, instead of every mode by its own residuals.
+    const COMBINED_INNOVATION: bool = false;
+
     /// Replaces `hit` by probabilities β_1… and returns β_0. All weights zero give β_0 = 1.
     fn associate(&self, miss: T, hit: &mut [T]) -> T;
 }
@@ -25,6 +29,20 @@ pub struct Pda;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NearestNeighbour;
+
+/// PDA in the form that Kashyap et al. (2006) print: one combined innovation for all modes. A baseline that loses
+/// tracks; see `tracker/printed.rs` for its equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PrintedPda;
+
+impl<T: Real> SingleAssociator<T> for PrintedPda {
+    const COMBINED_INNOVATION: bool = true;
+
+    fn associate(&self, miss: T, hit: &mut [T]) -> T {
+        Pda.associate(miss, hit)
+    }
+}
 
 impl<T: Real> SingleAssociator<T> for Pda {
     #[inline(always)]

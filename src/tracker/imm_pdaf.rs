@@ -23,7 +23,7 @@
 //!
 //! Memory: [`State`] is all there is, and its size is a constant.
 
-use super::printed::{self, Form, Outcome};
+use super::printed::{self, Outcome};
 use crate::association::{Pda, SingleAssociator};
 use crate::error::{ConfigError, ScanError};
 use crate::evidence::{Evidence, innovations};
@@ -48,7 +48,6 @@ pub struct ImmPdaf<T, M, const NX: usize, const MODES: usize, const TRACKS: usiz
     jump: JumpMatrix<T, MODES>,
     initial: [T; MODES],
     associator: A,
-    form: Form,
     logic: Logic<T>,
     initiation: Initiation<T, NX>,
 }
@@ -130,7 +129,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize, con
         const { assert!(MODES >= 1 && TRACKS >= 1 && DETS >= 1 && DETS <= 65535, "every capacity must be at least one") }
         jump.iter().try_for_each(check_distribution)?;
         check_distribution(&initial)?;
-        Ok(Self { modes, jump, initial, associator: Pda, form: Form::default(), logic, initiation: Initiation::off() })
+        Ok(Self { modes, jump, initial, associator: Pda, logic, initiation: Initiation::off() })
     }
 }
 
@@ -150,14 +149,8 @@ where
     /// The same tracker with another association.
     #[must_use]
     pub fn with_associator<B: SingleAssociator<T>>(self, associator: B) -> ImmPdaf<T, M, NX, MODES, TRACKS, DETS, B> {
-        let Self { modes, jump, initial, form, logic, initiation, .. } = self;
-        ImmPdaf { modes, jump, initial, associator, form, logic, initiation }
-    }
-
-    /// The same tracker with another form of the update: for baselines.
-    #[must_use]
-    pub fn with_form(self, form: Form) -> Self {
-        Self { form, ..self }
+        let Self { modes, jump, initial, logic, initiation, .. } = self;
+        ImmPdaf { modes, jump, initial, associator, logic, initiation }
     }
 
     /// Starts a confirmed track at `at`, the time of the last scan or of a first one: a cue from elsewhere. `None`
@@ -242,24 +235,17 @@ where
         for track in tracks.iter_mut().filter(|t| !t.is_free()) {
             let candidates = &selection.indices;
             let looked = sensor.p_detect(&track.bank.modes[0].mean) >= T::lit(0.5);
-            let outcome = match self.form {
-                Form::ModeConditioned => {
-                    let innovations = innovations(&track.bank, sensor.model());
-                    evidence.collect(&track.bank, &innovations, sensor, detections, candidates);
-                    evidence.gated().iter().copied().for_each(&mut claim);
-                    let (miss, weights) = evidence.weights();
-                    let beta_0 = self.associator.associate(miss, weights);
-                    let resets = evidence.absorb(beta_0, &mut track.bank, &innovations, sensor.model(), detections);
-                    Outcome { hit: beta_0 < T::lit(0.5), resets }
-                }
-                Form::CombinedInnovation => printed::update::<T, S, A, NX, NZ, MODES, DETS>(
-                    &mut track.bank,
-                    sensor,
-                    &self.associator,
-                    detections,
-                    candidates,
-                    &mut claim,
-                ),
+            let outcome = if A::COMBINED_INNOVATION {
+                let update = printed::update::<T, S, A, NX, NZ, MODES, DETS>;
+                update(&mut track.bank, sensor, &self.associator, detections, candidates, &mut claim)
+            } else {
+                let innovations = innovations(&track.bank, sensor.model());
+                evidence.collect(&track.bank, &innovations, sensor, detections, candidates);
+                evidence.gated().iter().copied().for_each(&mut claim);
+                let (miss, weights) = evidence.weights();
+                let beta_0 = self.associator.associate(miss, weights);
+                let resets = evidence.absorb(beta_0, &mut track.bank, &innovations, sensor.model(), detections);
+                Outcome { hit: beta_0 < T::lit(0.5), resets }
             };
             report.numeric_resets = report.numeric_resets.saturating_add(outcome.resets);
             let mut change = if outcome.resets > 0 { track.reset() } else { Change::None };

@@ -4,4 +4,3 @@ mod imm_pdaf;
 mod printed;
 
 pub use imm_pdaf::{ImmPdaf, State};
-pub use printed::Form;

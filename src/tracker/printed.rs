@@ -20,17 +20,6 @@ use crate::scan::Detection;
 use crate::sensor::Sensor;
 use nalgebra::SVector;
 
-/// Which update of the modes an IMM-PDAF makes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Form {
-    /// Association inside every mode, mixture likelihoods.
-    #[default]
-    ModeConditioned,
-    /// One combined innovation for all modes: a baseline that loses tracks.
-    CombinedInnovation,
-}
-
 /// What an update tells the tracker about one track.
 pub(crate) struct Outcome {
     /// Whether a detection is more probably the target's than not.

@@ -16,7 +16,7 @@
 use super::data::{Data, P_DETECT, SIGMA, TARGETS};
 use crate::Failure;
 use crate::precision::Scalar;
-use boresight::association::{Gate, NearestNeighbour, SingleAssociator};
+use boresight::association::{Gate, NearestNeighbour, PrintedPda, SingleAssociator};
 use boresight::error::{ConfigError, ScanError};
 use boresight::gaussian::Gaussian;
 use boresight::mode::{JumpMatrix, ModeSet};
@@ -27,7 +27,7 @@ use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
 use boresight::track::Logic;
-use boresight::tracker::{Form, ImmPdaf, State};
+use boresight::tracker::{ImmPdaf, State};
 use nalgebra::SVector;
 
 /// The names, in the order of the results.
@@ -92,8 +92,8 @@ fn tracks<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
         "NN CA" => follow(&tracker((ca(30.0)?,), one, [1.0])?.with_associator(NearestNeighbour), P_DETECT, data),
         "PDAF CA" => follow(&tracker((ca(30.0)?,), one, [1.0])?, P_DETECT, data),
         "IMM-NN case 1" => follow(&two(30.0)?.with_associator(NearestNeighbour), P_DETECT, data),
-        "IMM-PDAF paper case 1" => follow(&two(30.0)?.with_form(Form::CombinedInnovation), P_DETECT, data),
-        "IMM-PDAF paper case 2" => follow(&two(2.0)?.with_form(Form::CombinedInnovation), P_DETECT, data),
+        "IMM-PDAF paper case 1" => follow(&two(30.0)?.with_associator(PrintedPda), P_DETECT, data),
+        "IMM-PDAF paper case 2" => follow(&two(2.0)?.with_associator(PrintedPda), P_DETECT, data),
         "IMM-PDAF proper case 1" => follow(&two(30.0)?, P_DETECT, data),
         "IMM-PDAF proper case 2" => follow(&two(2.0)?, P_DETECT, data),
         SPECIFIED => {
