@@ -247,8 +247,10 @@ where
                 let resets = evidence.absorb(beta_0, &mut track.bank, &innovations, sensor.model(), detections);
                 Outcome { hit: beta_0 < T::lit(0.5), resets }
             };
-            report.numeric_resets = report.numeric_resets.saturating_add(outcome.resets);
-            let mut change = if outcome.resets > 0 { track.reset() } else { Change::None };
+            // A prediction over an absurd time may overflow: that track goes, and nothing else notices.
+            let resets = outcome.resets + u16::from(!track.bank.is_valid());
+            report.numeric_resets = report.numeric_resets.saturating_add(resets);
+            let mut change = if resets > 0 { track.reset() } else { Change::None };
             if change == Change::None && (looked || outcome.hit) {
                 change = track.observe(outcome.hit, &self.logic, M::LAYOUT);
             }
