@@ -104,11 +104,11 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
     ) -> T {
         self.gated.clear();
         let (model, gate) = (sensor.model(), sensor.gate());
-        let mut widest = innovations[0];
+        let mut widest = Predicted::of(&innovations[0]);
         for innovation in innovations.iter().skip(1) {
             let density = &innovation.density;
             if density.is_proper() && (density.ln_norm < widest.density.ln_norm || !widest.density.is_proper()) {
-                widest = *innovation;
+                widest = Predicted::of(innovation);
             }
         }
         let p_detect = sensor.p_detect(&bank.modes[0].mean);
@@ -118,7 +118,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         }
         for &number in candidates {
             let Some(detection) = detections.get(usize::from(number)) else { continue };
-            if density_of(&widest, detection).nis(&model.residual(&detection.z, &widest.z_hat)) <= gate.threshold() {
+            if widest.density_of(detection).nis(&model.residual(&detection.z, &widest.z_hat)) <= gate.threshold() {
                 let slot = self.gated.len();
                 if self.gated.push(number).is_ok()
                     && let Some(row) = self.likelihood.get_mut(slot)
@@ -126,7 +126,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
                     // ln L for now; `score` makes likelihoods of them.
                     for (ln_l, innovation) in row.iter_mut().zip(innovations) {
                         let nu = model.residual(&detection.z, &innovation.z_hat);
-                        *ln_l = density_of(innovation, detection).ln_at(&nu);
+                        *ln_l = Predicted::of(innovation).density_of(detection).ln_at(&nu);
                     }
                 }
             }
@@ -226,7 +226,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
             let Some(detection) = detections.get(usize::from(*number)) else { continue };
             let nu = model.residual(&detection.z, &innovation.z_hat);
             let u = if detection.noise.is_some() {
-                let density = density_of(innovation, detection);
+                let density = Predicted::of(innovation).density_of(detection);
                 for k in 0..NZ {
                     for l in k..NZ {
                         e.upper_mut()[k][l] += p * density.s_inv.upper()[k][l];
@@ -254,15 +254,27 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
     }
 }
 
-/// The density of `detection` about the prediction: with its own noise, or the sensor's.
-#[inline(always)]
-fn density_of<T: Real, const NX: usize, const NZ: usize>(
-    innovation: &Innovation<T, NX, NZ>,
-    detection: &Detection<T, NZ>,
-) -> ResidualDensity<T, NZ> {
-    match &detection.noise {
-        Some(noise) => innovation.density_with(noise),
-        None => innovation.density,
+/// What gating needs of an innovation: copied, unlike the wide G = P H'.
+#[derive(Clone, Copy)]
+struct Predicted<T, const NZ: usize> {
+    z_hat: SVector<T, NZ>,
+    spread: Symmetric<T, NZ>,
+    density: ResidualDensity<T, NZ>,
+}
+
+impl<T: Real, const NZ: usize> Predicted<T, NZ> {
+    #[inline(always)]
+    fn of<const NX: usize>(innovation: &Innovation<T, NX, NZ>) -> Self {
+        Self { z_hat: innovation.z_hat, spread: innovation.spread, density: innovation.density }
+    }
+
+    /// The density of `detection` about the prediction: with its own noise, or the sensor's.
+    #[inline(always)]
+    fn density_of(&self, detection: &Detection<T, NZ>) -> ResidualDensity<T, NZ> {
+        match &detection.noise {
+            Some(noise) => ResidualDensity::new(&self.spread.plus(noise)),
+            None => self.density,
+        }
     }
 }
 

@@ -15,7 +15,7 @@
 //! Covariances are symmetric by type. The correction subtracts; [`Gaussian::update_joseph`] only adds positive
 //! terms, at about three times the cost, for measurements far more accurate than the prediction.
 
-use crate::scalar::{Real, exp};
+use crate::scalar::{Real, exp, is_finite};
 use crate::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
 
@@ -77,7 +77,7 @@ impl<T: Real, const NZ: usize> ResidualDensity<T, NZ> {
     #[inline(always)]
     #[must_use]
     pub fn is_proper(&self) -> bool {
-        self.ln_norm.is_finite()
+        is_finite(self.ln_norm)
     }
 
     /// The normalised innovation squared ν' S⁻¹ ν.
@@ -148,11 +148,12 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
     #[inline(always)]
     #[must_use]
     pub fn correct<const NZ: usize>(&mut self, cross: &SMatrix<T, NX, NZ>, by: &Correction<T, NZ>) -> bool {
-        if !(by.e.is_finite() && by.w.iter().all(|v| v.is_finite())) {
+        let sum = by.w.iter().fold(T::ZERO, |sum, w| sum + *w);
+        if !(by.e.is_finite() && is_finite(sum)) {
             return false;
         }
         self.shift_by(cross, by, T::ONE);
-        if self.has_valid_variances() {
+        if self.cov.has_no_negative_variance() {
             return true;
         }
         self.shift_by(cross, by, -T::ONE);
@@ -206,22 +207,9 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
         let keep = SMatrix::<T, NX, NX>::identity() - gain * h;
         let cov = keep * self.cov.to_matrix() * keep.transpose() + gain * noise.to_matrix() * gain.transpose();
         let updated = Self::new(self.mean + gain * nu, Symmetric::from_matrix(&cov));
-        let valid = updated.has_valid_variances() && updated.mean.iter().all(|v| v.is_finite());
+        let valid = updated.cov.has_valid_variances() && updated.mean.iter().all(|v| v.is_finite());
         if valid {
             *self = updated;
-        }
-        valid
-    }
-
-    /// Whether the covariance is finite and no variance is negative: a cheap necessary condition. (A mode padded
-    /// with states it does not use has variances of exactly zero.)
-    #[inline(always)]
-    #[must_use]
-    pub fn has_valid_variances(&self) -> bool {
-        let p = self.cov.upper();
-        let mut valid = true;
-        for i in 0..NX {
-            valid &= p[i][i] >= T::ZERO && p[i][i].is_finite();
         }
         valid
     }

@@ -3,12 +3,13 @@
 //! nalgebra's [`RealField`] brings the arithmetic. It also brings `exp`, `sin` and their kin, but those come from
 //! the platform's mathematics library wherever `std` is linked, so a desk and a target would disagree in the last
 //! bits. The functions of this module are the only transcendentals the library calls. In `f32` they use nothing
-//! but IEEE additions, multiplications and divisions in single precision: our own [`exp`] and [`sin_cos`], and
-//! `libm` for [`ln`], [`atan2`], [`erf`] and the correctly rounded [`sqrt`]. Equal inputs give equal bits on every
+//! but IEEE additions, multiplications and divisions in single precision: our own [`exp`], [`ln`] and [`sin_cos`],
+//! and `libm` for [`atan2`], [`erf`] and the correctly rounded [`sqrt`]. Equal inputs give equal bits on every
 //! machine, and no double-precision code is linked.
 //!
 //! ```text
 //! exp    x = k ln 2 + r, |r| ≤ ½ ln 2,  e^x = 2^k (1 + r + r² p(r))     p of degree 3, minimax
+//! ln     x = 2^k (1 + f), √½ ≤ 1 + f < √2,  ln x = k ln 2 + f − f²/2 + f³ p(f)         p of degree 6
 //! sin    x = k π/2 + r, |r| ≤ π/4,      sin r = r + r³ p(r²)            p of degree 2, minimax
 //! cos                                    cos r = 1 − r²/2 + r⁴ p(r²)
 //! ```
@@ -110,7 +111,7 @@ pub fn exp<T: Real>(x: T) -> T {
     sealed::Math::exp(x)
 }
 
-/// ln x, −∞ at zero.
+/// ln x, −∞ at zero, NaN below. In `f32` within 2.5e-7 of the true value, relative.
 #[inline(always)]
 pub fn ln<T: Real>(x: T) -> T {
     sealed::Math::ln(x)
@@ -148,11 +149,20 @@ pub fn wrap<T: Real>(angle: T) -> T {
     if wrapped <= -T::PI { T::PI } else { wrapped }
 }
 
+/// Whether `x` is finite, by one multiplication and one comparison: zero times anything else is NaN.
+#[inline(always)]
+pub fn is_finite<T: Real>(x: T) -> bool {
+    x * T::ZERO == T::ZERO
+}
+
 /// The larger of two numbers, by one comparison (`a` where either is NaN).
 #[inline(always)]
 pub fn larger<T: Real>(a: T, b: T) -> T {
     if b > a { b } else { a }
 }
+
+/// The bits of √½ in single precision.
+const ROOT_HALF: u32 = 0x3f35_04f3;
 
 /// Adding and subtracting 1.5 · 2²³ rounds a single-precision number of magnitude below 2²² to an integer, ties to even.
 const ROUND: f32 = 12_582_912.0;
@@ -179,7 +189,23 @@ impl sealed::Math for f32 {
     }
     #[inline(always)]
     fn ln(self) -> f32 {
-        libm::logf(self)
+        if !(self > 0.0 && self < f32::INFINITY) {
+            return match self {
+                0.0 => f32::NEG_INFINITY,
+                f32::INFINITY => f32::INFINITY,
+                _ => f32::NAN,
+            };
+        }
+        let (x, shift) = if self < f32::MIN_POSITIVE { (self * 16_777_216.0, 24.0) } else { (self, 0.0) };
+        // The bits of √½ taken off, the exponent field is k, and the rest belongs to m in [√½, √2).
+        let bits = x.to_bits().wrapping_sub(ROOT_HALF);
+        let k = ((bits as i32) >> 23) as f32 - shift;
+        let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(ROOT_HALF)) - 1.0;
+        let z = f * f;
+        let p = (((((8.711_367e-2 * f - 1.428_409_1e-1) * f + 1.491_841_7e-1) * f - 1.657_583e-1) * f + 1.996_259_5e-1) * f - 2.500_138e-1)
+            * f
+            + 3.333_392e-1;
+        ((f * z * p - k * 2.121_944_4e-4) - 0.5 * z) + f + k * 0.693_359_4
     }
     #[inline(always)]
     fn sqrt(self) -> f32 {
@@ -262,6 +288,23 @@ mod tests {
         assert!(worst < 2.5e-7, "{worst:e}");
         assert_eq!((exp(0.0f32), exp(-88.0f32), exp(89.0f32)), (1.0, 0.0, f32::INFINITY));
         assert!(exp(f32::NAN).is_nan() && exp(f32::NEG_INFINITY) == 0.0);
+    }
+
+    #[test]
+    fn single_precision_logarithm() {
+        let mut worst = 0.0f64;
+        for i in 0..2_000_000u32 {
+            // Every 1000th positive number, subnormal ones too, and every one close to 1.
+            for x in [f32::from_bits(i * 1069), f32::from_bits(0x3f7f_0000 + i / 8)] {
+                let truth = libm::log(f64::from(x));
+                if x > 0.0 && x.is_finite() && truth != 0.0 {
+                    worst = worst.max((f64::from(ln(x)) - truth).abs() / truth.abs());
+                }
+            }
+        }
+        assert!(worst < 2.5e-7, "{worst:e}");
+        assert_eq!((ln(1.0f32), ln(0.0f32), ln(f32::INFINITY)), (0.0, f32::NEG_INFINITY, f32::INFINITY));
+        assert!(ln(-1.0f32).is_nan() && ln(f32::NAN).is_nan());
     }
 
     #[test]

@@ -8,7 +8,7 @@
 //! factor     P = L L' (Cholesky), a zero pivot gives a zero column: P may be semi-definite
 //! ```
 
-use crate::scalar::{Real, ln, sqrt};
+use crate::scalar::{Real, is_finite, ln, sqrt};
 use nalgebra::SMatrix;
 
 /// A symmetric N × N matrix.
@@ -111,25 +111,35 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         })
     }
 
-    /// Whether every entry is finite.
+    /// Whether every entry, and their sum, is finite.
     #[inline(always)]
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let mut sum = T::ZERO;
         for i in 0..N {
             for j in i..N {
-                // Zero times a finite number is zero; times NaN or an infinity it is NaN.
-                sum += self.upper[i][j] * T::ZERO;
+                sum += self.upper[i][j];
             }
         }
-        sum == T::ZERO
+        is_finite(sum)
     }
 
     /// Whether every entry is finite and no variance is negative: what every covariance must satisfy, and cheap.
     #[inline]
     #[must_use]
     pub fn has_valid_variances(&self) -> bool {
-        (0..N).all(|i| self.upper[i][i] >= T::ZERO) && self.is_finite()
+        self.has_no_negative_variance() && self.is_finite()
+    }
+
+    /// Whether all variances are finite and none is negative: one comparison, for kernels.
+    #[inline(always)]
+    pub(crate) fn has_no_negative_variance(&self) -> bool {
+        let mut flaw = T::ZERO;
+        for i in 0..N {
+            // Zero for a finite variance, positive for a negative one, NaN for the rest.
+            flaw += self.upper[i][i].abs() - self.upper[i][i];
+        }
+        flaw == T::ZERO
     }
 
     /// Whether the matrix is positive definite.
