@@ -35,6 +35,10 @@ pub enum ScanError {
     DetectionNotFinite,
     /// The noise covariance that a detection brings is not positive definite.
     NoiseNotDefinite,
+    /// The place, mounting or noise of the sensor is NaN or infinite.
+    SensorNotFinite,
+    /// The gate was made for measurements of another dimension.
+    GateDimension,
 }
 
 impl fmt::Display for ConfigError {
@@ -56,6 +60,8 @@ impl fmt::Display for ScanError {
             ScanError::TimeReversed => "the scan is older than the last one",
             ScanError::DetectionNotFinite => "a detection is not finite",
             ScanError::NoiseNotDefinite => "the noise of a detection is not positive definite",
+            ScanError::SensorNotFinite => "the place, mounting or noise of the sensor is not finite",
+            ScanError::GateDimension => "the gate was made for measurements of another dimension",
         })
     }
 }

@@ -17,7 +17,7 @@
 //! then zero beside the miss, and the miss is at most e⁶⁰, which single precision holds.
 
 use crate::gaussian::{Correction, Innovation, ResidualDensity};
-use crate::mode::ModeBank;
+use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
 use crate::scalar::{Real, exp, larger};
 use crate::scan::Detection;
@@ -147,7 +147,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         let mut reference = if p_miss > T::ZERO { T::lit(LEAST_REFERENCE) } else { -T::ONE / T::ZERO };
         for ln_l in self.likelihood.iter().take(self.gated.len()) {
             for (ln_l, c) in ln_l.iter().zip(c) {
-                if *c > T::ZERO && *ln_l > reference {
+                if *c > T::lit(LEAST_PROBABILITY) && *ln_l > reference {
                     reference = *ln_l;
                 }
             }
@@ -160,7 +160,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         for (((number, row), mixture), hit) in self.gated.iter().zip(&mut self.likelihood).zip(&mut self.mixture).zip(&mut self.hit) {
             *mixture = T::ZERO;
             for (l, c) in row.iter_mut().zip(c) {
-                *l = if *c > T::ZERO { exp(*l - reference) } else { T::ZERO };
+                *l = if *c > T::lit(LEAST_PROBABILITY) { exp(*l - reference) } else { T::ZERO };
                 *mixture += *c * *l;
             }
             *hit = *mixture * (p_detect / larger(density(*number), T::lit(LEAST_DENSITY)));
@@ -185,7 +185,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
             return 0;
         }
         for (beta, mixture) in self.hit.iter_mut().zip(&self.mixture).take(self.gated.len()) {
-            *beta = if *mixture > T::ZERO { *beta / *mixture } else { T::ZERO };
+            *beta = if *mixture > T::lit(LEAST_PROBABILITY) { *beta / *mixture } else { T::ZERO };
         }
         let mut resets = 0;
         let mut sum = T::ZERO;
@@ -194,7 +194,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
             let (evidence, correction) = self.correction(r, beta_0, &innovations[r], model, detections);
             prob[r] *= evidence;
             sum += prob[r];
-            if evidence > T::ZERO && !bank.modes[r].correct(&innovations[r].cross, &correction) {
+            if evidence > T::lit(LEAST_PROBABILITY) && !bank.modes[r].correct(&innovations[r].cross, &correction) {
                 resets += 1;
             }
         }

@@ -2,12 +2,15 @@
 //!
 //! ```text
 //! one point   p = z,                 v = 0 (or the measured radial speed along the line of sight)
-//! two points  p = z₂, v = (z₂ − z₁)/T,   P = [R₂  R₂/T; ·  (R₁ + R₂)/T²]     if |z₂ − z₁| ≤ v_max T + 3 √(tr R / n)
+//! two points  p = z₂, v from the prior; then a Kalman update by z₁ = p − T v + noise (R₁),
+//!             if |z₂ − z₁| ≤ v_max T + 3 √tr(R₁ + R₂)
 //! radial      v ← v + K (ṙ − u'v), one scalar Kalman update with the line of sight u
 //! ```
 //!
-//! Everything else (accelerations, turn rates, and in the one-point case velocities) is taken from a prior density.
-//! Two-point differencing: Bar-Shalom, Li and Kirubarajan 2001, section 5.5.3. Every pair of an unclaimed detection
+//! Everything else (velocities, accelerations, turn rates) is taken from a prior density. With a prior velocity far wider
+//! than the measurement allows, two points give v = (z₂ − z₁)/T and P = [R₂  R₂/T; ·  (R₁ + R₂)/T²], two-point
+//! differencing (Bar-Shalom, Li and Kirubarajan 2001, section 5.5.3); with detections close in time the prior keeps the
+//! speed physical. Every pair of an unclaimed detection
 //! and a remembered one starts a tentative track (Kashyap et al. 2006, "Automatic track formation").
 
 use crate::error::ConfigError;
@@ -47,12 +50,12 @@ impl<T: Real, const NX: usize> Initiation<T, NX> {
     /// By `rule`; what the detections do not tell is taken from `prior`.
     ///
     /// # Errors
-    /// Where `prior` has a negative variance or is not finite, or the rule's speed or gap is not positive.
+    /// Where `prior` is not positive semi-definite or not finite, or the rule's speed or gap is not positive.
     pub fn new(rule: Rule<T>, prior: Gaussian<T, NX>) -> Result<Self, ConfigError> {
         if !(prior.mean.iter().all(|v| v.is_finite()) && prior.cov.is_finite()) {
             return Err(ConfigError::NotFinite);
         }
-        if !prior.cov.has_valid_variances() {
+        if prior.cov.cholesky().is_none() {
             return Err(ConfigError::NotDefinite);
         }
         if let Rule::TwoPoint { max_speed, max_gap } = rule
@@ -98,26 +101,18 @@ impl<T: Real, const NX: usize> Initiation<T, NX> {
     /// The density of a target seen at `first` and `dt` \[s\] later at `second`.
     pub(crate) fn two_points(&self, layout: Layout, first: &Fix<T>, second: &Fix<T>, dt: T) -> Gaussian<T, NX> {
         let mut g = self.one_point(layout, &Fix { radial: None, ..*second });
-        let rate = T::ONE / dt;
-        let p = g.cov.upper_mut();
-        let mut set = |i: usize, j: usize, v: T| {
-            if let Some(entry) = p.get_mut(i.min(j)).and_then(|r| r.get_mut(i.max(j))) {
-                *entry = v;
-            }
-        };
-        for a in 0..layout.axes.min(3) {
-            let i = a * layout.stride;
-            if let Some(x) = g.mean.get_mut(i + 1) {
-                *x = (second.position[a] - first.position[a]) * rate;
-            }
-            for b in 0..layout.axes.min(3) {
-                let j = b * layout.stride;
-                set(i, j + 1, second.cov.at(a, b) * rate);
-                if a <= b {
-                    set(i + 1, j + 1, (first.cov.at(a, b) + second.cov.at(a, b)) * rate * rate);
-                }
-            }
-        }
+        // The first detection as a measurement p − T v of the state at the second; axes the state lacks measure zero.
+        let axis = |a: usize| (a < layout.axes).then_some(a * layout.stride);
+        let entry = |i: usize, j: usize| g.cov.get(i, j).unwrap_or(T::ZERO);
+        let cross = SMatrix::<T, NX, 3>::from_fn(|i, a| axis(a).map_or(T::ZERO, |k| entry(i, k) - dt * entry(i, k + 1)));
+        let at = |i: usize, a: usize| cross.get((i, a)).copied().unwrap_or(T::ZERO);
+        let spread = Symmetric::from_fn(|a, b| axis(a).map_or(T::ZERO, |k| at(k, b) - dt * at(k + 1, b)));
+        let noise = Symmetric::from_fn(|a, b| if axis(b).is_some() { first.cov.at(a, b) } else { T::from_count(usize::from(a == b)) });
+        let state = |k: usize| g.mean.get(k).copied().unwrap_or(T::ZERO);
+        let nu = SVector::from_fn(|a, _| axis(a).map_or(T::ZERO, |k| first.position[a] - (state(k) - dt * state(k + 1))));
+        let innovation = Innovation::new(SVector::zeros(), cross, spread, &noise);
+        // Where the correction would break the covariance the track starts from the second detection alone.
+        let _ = g.update(&innovation, &nu);
         radial_update(&mut g, layout, second);
         g
     }
@@ -140,8 +135,15 @@ fn radial_update<T: Real, const NX: usize>(g: &mut Gaussian<T, NX>, layout: Layo
     }
     let noise = Symmetric::from_diagonal([radial.variance]);
     let innovation = Innovation::new(SVector::from([predicted]), cross, Symmetric::from_diagonal([spread]), &noise);
-    // A correction that would break the covariance is taken back: the track then starts without the radial speed.
-    let _ = g.update(&innovation, &SVector::from([radial.speed - predicted]));
+    let mut h = SMatrix::<T, 1, NX>::zeros();
+    for (u, k) in axes() {
+        if let Some(entry) = h.get_mut(k) {
+            *entry = u;
+        }
+    }
+    // Range-rate is far more accurate than the prior speed: Joseph's form. Where even that breaks the covariance the track
+    // starts without the radial speed.
+    let _ = g.update_joseph(&innovation, &h, &noise, &SVector::from([radial.speed - predicted]));
 }
 
 /// A detection that waits for its partner.
@@ -166,7 +168,7 @@ impl<T: Real> Seed<T> {
             distance2 += d * d;
             variance += fix.cov.at(a, a) + self.fix.cov.at(a, a);
         }
-        let reach = max_speed * dt + T::lit(3.0) * sqrt(variance / T::from_count(axes.max(1)));
+        let reach = max_speed * dt + T::lit(3.0) * sqrt(variance);
         (distance2 <= reach * reach).then_some(dt)
     }
 }
@@ -182,25 +184,33 @@ mod tests {
         Fix { position: [x, y, 0.0], cov: Symmetric::from_fn(|i, j| if i == j { 25.0 } else { 5.0 }), radial: None }
     }
 
-    fn initiation() -> Result<Initiation<f64, 6>, ConfigError> {
-        let prior = Gaussian::new(SVector::zeros(), Symmetric::from_diagonal([1.0, 100.0, 2.0, 1.0, 100.0, 2.0]));
-        Initiation::new(Rule::OnePoint, prior)
+    fn initiation(velocity_variance: f64) -> Result<Initiation<f64, 6>, ConfigError> {
+        let diagonal = [1.0, velocity_variance, 2.0, 1.0, velocity_variance, 2.0];
+        Initiation::new(Rule::OnePoint, Gaussian::new(SVector::zeros(), Symmetric::from_diagonal(diagonal)))
     }
 
     #[test]
-    fn two_points_give_their_difference_over_time() {
-        let g = initiation().map(|i| i.two_points(LAYOUT, &fix(0.0, 10.0), &fix(8.0, 6.0), 2.0));
-        assert_eq!(g.map(|g| g.mean), Ok(SVector::from([8.0, 4.0, 0.0, 6.0, -2.0, 0.0])));
+    fn two_points_under_a_wide_prior_are_two_point_differencing() {
+        let g = initiation(1e9).map(|i| i.two_points(LAYOUT, &fix(0.0, 10.0), &fix(8.0, 6.0), 2.0));
+        assert!(g.is_ok_and(|g| (g.mean - SVector::from([8.0, 4.0, 0.0, 6.0, -2.0, 0.0])).abs().max() < 1e-6));
         assert!(g.is_ok_and(|g| {
-            let p = |i, j| g.cov.at(i, j);
-            (p(0, 0), p(0, 1), p(0, 3), p(0, 4), p(1, 1), p(1, 4), p(2, 2)) == (25.0, 12.5, 5.0, 2.5, 12.5, 2.5, 2.0)
+            let got = [(0, 0), (0, 1), (0, 3), (0, 4), (1, 1), (1, 4), (2, 2)].map(|(i, j)| g.cov.at(i, j));
+            let differencing = [25.0, 12.5, 5.0, 2.5, 12.5, 2.5, 2.0];
+            got.iter().zip(differencing).all(|(got, want)| (got - want).abs() < 1e-5)
         }));
+    }
+
+    #[test]
+    fn two_points_close_in_time_keep_the_speed_of_the_prior() {
+        let g = initiation(400.0).map(|i| i.two_points(LAYOUT, &fix(0.0, 10.0), &fix(8.0, 6.0), 0.001));
+        assert!(g.is_ok_and(|g| g.mean[1].abs() < 1.0 && (g.cov.at(1, 1) - 400.0).abs() < 1.0));
+        assert!(g.is_ok_and(|g| g.cov.inverse().is_some()));
     }
 
     #[test]
     fn a_radial_speed_sets_the_velocity_along_the_line_of_sight_only() {
         let radial = RadialSpeed { direction: [0.6, 0.8, 0.0], speed: -20.0, variance: 1e-6 };
-        let g = initiation().map(|i| i.one_point(LAYOUT, &Fix { radial: Some(radial), ..fix(300.0, 400.0) }));
+        let g = initiation(100.0).map(|i| i.one_point(LAYOUT, &Fix { radial: Some(radial), ..fix(300.0, 400.0) }));
         assert!(g.is_ok_and(|g| {
             let along = 0.6 * g.mean[1] + 0.8 * g.mean[4];
             let across = 0.8 * g.mean[1] - 0.6 * g.mean[4];
@@ -214,8 +224,8 @@ mod tests {
         let seed = Seed { time: Instant::from_millis(1000), fix: fix(0.0, 0.0) };
         let pair =
             |x: f64, millis: u64| seed.pairs_with(&fix(x, 0.0), Instant::from_millis(millis), LAYOUT, 10.0, Duration::from_millis(2000));
-        assert_eq!(pair(30.0, 2000), Some(1.0));
-        assert_eq!(pair(32.0, 2000), None);
+        assert_eq!(pair(39.0, 2000), Some(1.0));
+        assert_eq!(pair(41.0, 2000), None);
         assert_eq!(pair(0.0, 1000), None);
         assert_eq!(pair(0.0, 3001), None);
         assert_eq!(pair(0.0, 500), None);

@@ -184,7 +184,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         } else {
             return self.inverse_by_factors();
         };
-        if det > T::ZERO && matrix.is_finite() { Some(Inverse { matrix, ln_det: ln(det) }) } else { None }
+        if det > T::ZERO && is_finite(det) && matrix.is_finite() { Some(Inverse { matrix, ln_det: ln(det) }) } else { None }
     }
 
     /// The general case: S = L D L', then S⁻¹ = Σ_k (row k of L⁻¹)' (row k of L⁻¹) / d_k.

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A scan is a hit when the detections it gated are more probably the target's than not, 1 − β₀ > ½. A scan whose
-//! sensor could not see the track (P_D below ½) counts neither way. Identities are given once: when all 2³² − 1 are used up,
+//! sensor does not look at the track (P_D below 0.05) counts neither way. Identities are given once: when all 2³² − 1 are used up,
 //! births are refused.
 
 use crate::error::ConfigError;
@@ -24,6 +24,9 @@ use core::num::NonZeroU32;
 pub struct TrackId(NonZeroU32);
 
 impl TrackId {
+    /// The identity of the first track.
+    pub(crate) const FIRST: Self = Self(NonZeroU32::MIN);
+
     /// The number of the identity, from 1 in order of birth.
     #[must_use]
     pub const fn number(self) -> u32 {
@@ -63,7 +66,7 @@ impl<T: Real> Logic<T> {
         if hits == 0 || hits > window || window > 32 || misses == 0 || misses > 32 {
             return Err(ConfigError::BadWindow);
         }
-        Ok(Self { hits, window, misses, ..Self::unmanaged() })
+        Ok(Self { hits, window, misses, duplicate_distance: T::ONE, ..Self::unmanaged() })
     }
 
     /// Tracks are confirmed at once and live until the caller [`remove`](crate::tracker::State::remove)s them.
@@ -87,7 +90,7 @@ impl<T: Real> Logic<T> {
     }
 
     /// Also deletes the younger of two tracks whose positions and velocities differ by less than `distance` on
-    /// average, in standard deviations; zero, the default, never does.
+    /// average, in standard deviations. One is the default; zero never does.
     ///
     /// # Errors
     /// Where the distance is negative or not finite.
@@ -137,6 +140,11 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
     pub(crate) fn born(id: TrackId, hits: u8, bank: ModeBank<T, NX, MODES>) -> Self {
         let history = (1u32 << hits.min(31)) - 1;
         Self { id: id.number(), confirmed: false, history, age: hits, resets: 0, bank }
+    }
+
+    /// Confirmed from the start: a cue from elsewhere.
+    pub(crate) fn cued(id: TrackId, bank: ModeBank<T, NX, MODES>) -> Self {
+        Self { confirmed: true, history: u32::MAX, age: u8::MAX, ..Self::born(id, 0, bank) }
     }
 
     /// Which track this is; `None` for a free slot.
@@ -195,7 +203,8 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
         Change::None
     }
 
-    fn is_too_uncertain(&self, logic: &Logic<T>, layout: Layout) -> bool {
+    /// Whether a position variance exceeds the logic's limit.
+    pub(crate) fn is_too_uncertain(&self, logic: &Logic<T>, layout: Layout) -> bool {
         let likely = self.likely();
         (0..layout.axes).any(|a| {
             let i = a * layout.stride;

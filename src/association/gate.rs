@@ -19,6 +19,8 @@ pub struct Gate<T> {
     p_gate: T,
     /// c_n γ^{n/2}: the volume of the gate per √det S.
     unit_volume: T,
+    /// n
+    dimension: u8,
 }
 
 impl<T: Real> Gate<T> {
@@ -27,6 +29,7 @@ impl<T: Real> Gate<T> {
     /// # Errors
     /// Where the threshold is not positive and finite.
     pub fn new<const NZ: usize>(threshold: T) -> Result<Self, ConfigError> {
+        const { assert!(NZ >= 1 && NZ <= 255, "a measurement has at least one coordinate") }
         if !threshold.is_finite() {
             return Err(ConfigError::NotFinite);
         }
@@ -48,7 +51,7 @@ impl<T: Real> Gate<T> {
             n += 2;
             term *= half / (T::from_count(n) * T::lit(0.5));
         }
-        Ok(Self { threshold, p_gate: p, unit_volume: volume })
+        Ok(Self { threshold, p_gate: p, unit_volume: volume, dimension: NZ as u8 })
     }
 
     /// The same gate with P_G given, where a source states its own.
@@ -57,6 +60,12 @@ impl<T: Real> Gate<T> {
     /// Where it is not a probability.
     pub fn with_probability(self, p_gate: T) -> Result<Self, ConfigError> {
         if p_gate >= T::ZERO && p_gate <= T::ONE { Ok(Self { p_gate, ..self }) } else { Err(ConfigError::NotAProbability) }
+    }
+
+    /// n, the dimension of the measurements that this gate is for.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        usize::from(self.dimension)
     }
 
     /// γ

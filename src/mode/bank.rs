@@ -21,6 +21,9 @@ use crate::scalar::Real;
 /// π: `rows[from][to]` is the probability of the mode `to` after one scan in the mode `from`.
 pub type JumpMatrix<T, const MODES: usize> = [[T; MODES]; MODES];
 
+/// Mode probabilities below this count as zero: their reciprocals still fit single precision.
+pub(crate) const LEAST_PROBABILITY: f64 = 1e-30;
+
 /// Checks that `probabilities` are such and sum to one.
 pub(crate) fn check_distribution<T: Real, const N: usize>(probabilities: &[T; N]) -> Result<(), ConfigError> {
     let mut sum = T::ZERO;
@@ -55,8 +58,8 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         Self { prob, modes: [g; MODES] }
     }
 
-    /// Mixes the modes by the jump matrix; `prob` becomes the predicted c. A mode that no other can reach (c_j = 0)
-    /// keeps its own density.
+    /// Mixes the modes by the jump matrix; `prob` becomes the predicted c. A mode that no other can reach (c_j below
+    /// 1e-30) gets c_j = 0 and keeps its own density.
     ///
     /// Cost: about (3 (MODES − 1) + MODES (2 MODES − 1)) NX (NX + 1) / 2 operations.
     #[inline(always)]
@@ -66,28 +69,33 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         }
         let mut weight = [[T::ZERO; MODES]; MODES];
         let mut c = [T::ZERO; MODES];
+        let mut sum = T::ZERO;
         for j in 0..MODES {
             for i in 0..MODES {
                 weight[j][i] = jump[i][j] * self.prob[i];
                 c[j] += weight[j][i];
             }
-            if c[j] > T::ZERO {
+            if c[j] > T::lit(LEAST_PROBABILITY) {
                 let scale = T::ONE / c[j];
                 for w in &mut weight[j] {
                     *w *= scale;
                 }
+                sum += c[j];
             } else {
-                weight[j] = [T::ZERO; MODES];
-                weight[j][j] = T::ONE;
+                c[j] = T::ZERO;
             }
         }
-        self.mix_into(&weight);
-        self.prob = c;
+        if sum > T::ZERO {
+            self.mix_into(&weight, &c);
+            // Rows that sum to one but for rounding would let the probabilities drift while a track coasts.
+            let scale = T::ONE / sum;
+            self.prob = c.map(|c| c * scale);
+        }
     }
 
-    /// Every mode j becomes the moment match of all modes i with the weights `weight[j][i]`.
+    /// Every mode j with `c[j]` above zero becomes the moment match of all modes i with the weights `weight[j][i]`.
     #[inline(always)]
-    fn mix_into(&mut self, weight: &[[T; MODES]; MODES]) {
+    fn mix_into(&mut self, weight: &[[T; MODES]; MODES], c: &[T; MODES]) {
         let d = self.deviations();
         let mut bar = [[T::ZERO; NX]; MODES];
         for k in 0..NX {
@@ -96,7 +104,9 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                 for i in 1..MODES {
                     bar[j][k] += weight[j][i] * d[i][k];
                 }
-                self.modes[j].mean.data.0[0][k] = first + bar[j][k];
+                if c[j] > T::ZERO {
+                    self.modes[j].mean.data.0[0][k] = first + bar[j][k];
+                }
             }
         }
         for a in 0..NX {
@@ -108,7 +118,9 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                     for i in 1..MODES {
                         v += weight[j][i] * n[i];
                     }
-                    self.modes[j].cov.upper_mut()[a][b] = v;
+                    if c[j] > T::ZERO {
+                        self.modes[j].cov.upper_mut()[a][b] = v;
+                    }
                 }
             }
         }

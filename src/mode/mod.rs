@@ -3,6 +3,6 @@
 mod bank;
 mod set;
 
-pub(crate) use bank::check_distribution;
 pub use bank::{JumpMatrix, ModeBank};
+pub(crate) use bank::{LEAST_PROBABILITY, check_distribution};
 pub use set::ModeSet;

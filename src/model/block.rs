@@ -28,6 +28,7 @@ pub trait BlockStep<T: Real, const S: usize> {
 /// Predicts mean and covariance of the first `A` blocks of `S` states.
 #[inline(always)]
 pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, g: &mut Gaussian<T, NX>) {
+    const { assert!(A * S <= NX, "the state is too short for these blocks") }
     let x = &mut g.mean.data.0[0];
     for a in 0..A {
         let mut v: [T; S] = core::array::from_fn(|i| x[a * S + i]);
@@ -71,6 +72,7 @@ pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A:
 
 /// F, block diagonal, one beyond the blocks: the plain form of a block-wise model.
 pub fn jacobian<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B) -> SMatrix<T, NX, NX> {
+    const { assert!(A * S <= NX, "the state is too short for these blocks") }
     let mut f = SMatrix::<T, NX, NX>::identity();
     for j in 0..S {
         let mut column = [T::ZERO; S];

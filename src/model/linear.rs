@@ -48,4 +48,7 @@ impl<T: Real, const NX: usize, const NZ: usize> MeasurementModel<T, NX, NZ> for 
     fn noise(&self, _x: &SVector<T, NX>) -> Symmetric<T, NZ> {
         self.noise
     }
+    fn is_finite(&self) -> bool {
+        self.noise.is_finite() && self.matrix.iter().all(|v| v.is_finite())
+    }
 }

@@ -114,6 +114,12 @@ pub trait MeasurementModel<T: Real, const NX: usize, const NZ: usize> {
         None
     }
 
+    /// Whether everything the model is made of is finite. A tracker refuses the scan of a sensor that is not.
+    #[inline]
+    fn is_finite(&self) -> bool {
+        true
+    }
+
     /// R where no target is known yet.
     #[inline]
     fn nominal_noise(&self) -> Symmetric<T, NZ> {

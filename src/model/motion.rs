@@ -73,6 +73,7 @@ impl<T: Real, const AXES: usize, const STRIDE: usize> ConstantVelocity<T, AXES, 
     /// # Errors
     /// Where the noise is negative or not finite.
     pub fn new(noise: ProcessNoise<T>) -> Result<Self, ConfigError> {
+        const { assert!(AXES >= 1 && STRIDE >= 2, "an axis needs a position and a velocity") }
         Ok(Self { noise: noise.checked()? })
     }
 }

@@ -57,6 +57,9 @@ impl<T: Real, const NX: usize, const NZ: usize, const STRIDE: usize> Measurement
         let spread = Symmetric::from_fn(|k, l| g.cov.at(k * STRIDE, l * STRIDE));
         Innovation::new(self.observe(&g.mean), cross, spread, &self.noise)
     }
+    fn is_finite(&self) -> bool {
+        self.origin.iter().all(|v| v.is_finite())
+    }
     fn locate(&self, z: &SVector<T, NZ>, noise: &Symmetric<T, NZ>) -> Option<Fix<T>> {
         let mut position = [T::ZERO; 3];
         for (p, (z, o)) in position.iter_mut().zip(z.iter().zip(self.origin.iter())) {

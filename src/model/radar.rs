@@ -173,6 +173,19 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
         }
     }
 
+    /// The elevation at which a line of sight of this range and azimuth meets the plane of a state without height:
+    /// A cos ε + B sin ε = −o_z / r, with (A, B) the vertical parts of the horizontal and the vertical direction.
+    fn elevation_to_plane(&self, range: T, azimuth: T) -> Option<T> {
+        let [.., up] = self.mount.rotation;
+        let (sin, cos) = sin_cos(azimuth);
+        let (a, b) = (up[0] * cos + up[1] * sin, up[2]);
+        let norm = sqrt(a * a + b * b);
+        let c = -self.mount.position[2] / (range * norm);
+        let s2 = T::ONE - c * c;
+        // The target must lie beyond the sensor's own height, or there is no such point.
+        (s2 > T::ZERO).then(|| atan2(b, a) - atan2(sqrt(s2), c))
+    }
+
     /// The measured value of `component` in `z`, with its variance in `noise`.
     fn measured(&self, component: Component, z: &SVector<T, NZ>, noise: &Symmetric<T, NZ>) -> Option<(T, T)> {
         let k = self.components.iter().position(|c| *c == component)?;
@@ -253,20 +266,34 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
         let z_hat = SVector::from_fn(|k, _| Self::value(self.components[k], &sight));
         Innovation::new(z_hat, cross, spread, &self.noise)
     }
+    fn is_finite(&self) -> bool {
+        let Mount { position, velocity, rotation } = &self.mount;
+        position.iter().chain(velocity).chain(rotation.iter().flatten()).all(|v| v.is_finite())
+    }
     fn locate(&self, z: &SVector<T, NZ>, noise: &Symmetric<T, NZ>) -> Option<Fix<T>> {
         let (range, range_variance) = self.measured(Component::Range, z, noise)?;
         let (azimuth, azimuth_variance) = self.measured(Component::Azimuth, z, noise)?;
-        let elevation = self.measured(Component::Elevation, z, noise);
-        if AXES == 3 && elevation.is_none() {
+        if range <= T::ZERO {
             return None;
         }
-        let (elevation, elevation_variance) = elevation.unwrap_or((T::ZERO, T::ZERO));
+        let (elevation, elevation_variance, range_variance) = match self.measured(Component::Elevation, z, noise) {
+            Some((elevation, variance)) => (elevation, variance, range_variance),
+            None if AXES == 3 => return None,
+            None => {
+                let elevation = self.elevation_to_plane(range, azimuth)?;
+                // Over the ground the range is stretched by 1 / cos; the conversion will shorten it by cos.
+                let (_, cos) = sin_cos(elevation);
+                let stretch = T::ONE / (cos * cos);
+                (elevation, T::ZERO, range_variance * stretch * stretch)
+            }
+        };
         let seen = Polar { range, azimuth, elevation, range_variance, azimuth_variance, elevation_variance }.debiased();
         let offset = self.mount.to_world(seen.position);
         let m = SMatrix::<T, 3, 3>::from_fn(|i, j| self.mount.rotation[i][j]);
         let cov = Symmetric::from_matrix(&(m * seen.cov.to_matrix() * m.transpose()));
         let radial = self.measured(Component::RangeRate, z, noise).map(|(rate, variance)| {
-            let direction = offset.map(|v| v / larger(range, T::lit(1e-3)));
+            let distance = sqrt(offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]);
+            let direction = offset.map(|v| v / larger(distance, T::lit(1e-3)));
             let mut speed = rate;
             for (d, v) in direction.iter().zip(&self.mount.velocity) {
                 speed += *d * *v;

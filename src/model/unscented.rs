@@ -205,6 +205,12 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
             None => self.model.innovation(g),
         }
     }
+    fn is_finite(&self) -> bool {
+        self.model.is_finite()
+    }
+    fn nominal_noise(&self) -> Symmetric<T, NZ> {
+        self.model.nominal_noise()
+    }
     fn locate(&self, z: &SVector<T, NZ>, noise: &Symmetric<T, NZ>) -> Option<super::Fix<T>> {
         self.model.locate(z, noise)
     }

@@ -17,9 +17,14 @@
 //! a joint association.
 //!
 //! # Cost
-//! With t tracks and m detections (m ≤ DETS), operations a scan are at most
-//! t (mixing + prediction + MODES innovations + m (1 + MODES) residual forms + MODES corrections)
-//! + t² / 2 duplicate tests + m² pairings. No input makes it more.
+//! With t tracks, n detections offered and m = min(n, DETS) taken in, operations a scan are at most
+//!
+//! ```text
+//! n DETS comparisons of amplitude  (only where n > DETS)
+//! t (mixing, prediction, MODES innovations, m (1 + MODES) residual forms, MODES corrections, m² claims)
+//! t m (1 + 2 MODES) factorisations of S  (only for detections with a noise of their own)
+//! t² / 2 duplicate tests,  m DETS pairings, each of which may look through t slots
+//! ```
 //!
 //! Memory: [`State`] is all there is, and its size is a constant.
 
@@ -30,14 +35,17 @@ use crate::evidence::{Evidence, innovations};
 use crate::gaussian::Gaussian;
 use crate::initiation::{Initiation, Rule, Seed};
 use crate::mode::{JumpMatrix, ModeBank, ModeSet, check_distribution};
-use crate::model::{Layout, MeasurementModel};
+use crate::model::{Fix, Layout, MeasurementModel};
 use crate::scalar::Real;
 use crate::scan::{Detection, Estimate, Report, Scan, Selection};
 use crate::sensor::Sensor;
 use crate::time::{Duration, Instant};
 use crate::track::{Change, Identities, Logic, Status, Track, TrackId};
 
-/// The configuration of an IMM-PDAF tracker: constant data, at home in flash.
+/// A sensor that detects less often than this does not look at the track: no hit then is no miss.
+const LEAST_P_DETECT: f64 = 0.05;
+
+/// The configuration of an IMM-PDAF tracker, which no step changes.
 ///
 /// `M` is a [`ModeSet`] of `MODES` models over `NX` states; `TRACKS` and `DETS` are the capacities; `A` associates.
 /// With one mode it is the PDAF, with [`NearestNeighbour`](crate::association::NearestNeighbour) the nearest-neighbour
@@ -153,8 +161,9 @@ where
         ImmPdaf { modes, jump, initial, associator, logic, initiation }
     }
 
-    /// Starts a confirmed track at `at`, the time of the last scan or of a first one: a cue from elsewhere. `None`
-    /// where all slots are taken (a cue does not evict), or `at` is earlier than the last scan or not finite.
+    /// Starts a confirmed track at `at`: a cue from elsewhere. `at` is the time of the last scan, or any before the first.
+    /// `None` where all slots are taken (a cue does not evict), `at` is another time, or `g` is not finite or beyond the
+    /// logic's position limit.
     pub fn start(&self, state: &mut State<T, NX, MODES, TRACKS, DETS>, g: Gaussian<T, NX>, at: Instant) -> Option<TrackId> {
         let bank = ModeBank::new(self.initial, g);
         if !bank.is_valid() || state.time.is_some_and(|time| time != at) {
@@ -162,8 +171,11 @@ where
         }
         let slot = state.tracks.iter_mut().find(|t| t.is_free())?;
         let id = state.ids.next()?;
-        *slot = Track::born(id, 31, bank);
-        slot.judge(&self.logic, M::LAYOUT);
+        let track = Track::cued(id, bank);
+        if track.is_too_uncertain(&self.logic, M::LAYOUT) {
+            return None;
+        }
+        *slot = track;
         state.time = Some(at);
         Some(id)
     }
@@ -171,7 +183,8 @@ where
     /// Takes in one scan of `sensor`. The tracks are then at the time of the scan.
     ///
     /// # Errors
-    /// A scan that is older than the last, or not finite, is refused and the state stays as it was. Load is not an
+    /// A scan that is older than the last or not finite, a sensor whose place or noise is not finite or whose gate was made
+    /// for another dimension, is refused and the state stays as it was. Load is not an
     /// error: see [`Report`].
     pub fn step<S: Sensor<T, NX, NZ>, const NZ: usize>(
         &self,
@@ -185,7 +198,14 @@ where
                 "sensor and modes disagree on where positions stand"
             );
         }
+        const { assert!(NX >= 1 && NZ >= 1, "states and measurements need at least one entry") }
         scan.check(state.time)?;
+        if !sensor.model().is_finite() {
+            return Err(ScanError::SensorNotFinite);
+        }
+        if sensor.gate().dimension() != NZ {
+            return Err(ScanError::GateDimension);
+        }
         let gap = state.time.map_or(Duration::ZERO, |last| scan.time.since(last));
         state.time = Some(scan.time);
         let selection = Selection::<DETS>::new(scan.detections);
@@ -234,7 +254,7 @@ where
         };
         for track in tracks.iter_mut().filter(|t| !t.is_free()) {
             let candidates = &selection.indices;
-            let looked = sensor.p_detect(&track.bank.modes[0].mean) >= T::lit(0.5);
+            let looked = sensor.p_detect(&track.bank.modes[0].mean) > T::lit(LEAST_P_DETECT);
             let outcome = if A::COMBINED_INNOVATION {
                 let update = printed::update::<T, S, A, NX, NZ, MODES, DETS>;
                 update(&mut track.bank, sensor, &self.associator, detections, candidates, &mut claim)
@@ -289,61 +309,82 @@ where
         report: &mut Report,
     ) {
         if let Rule::TwoPoint { max_gap, .. } = self.initiation.rule {
-            state.seeds.retain(|seed| scan.time.since(seed.time) < max_gap);
+            state.seeds.retain(|seed| scan.time.since(seed.time) <= max_gap);
         }
-        let remembered = state.seeds.len();
         for (slot, number) in selection.indices.iter().enumerate() {
             if state.claimed.get(slot).copied().unwrap_or(true) {
                 continue;
             }
             report.detections_unclaimed = report.detections_unclaimed.saturating_add(1);
-            let Some(detection) = scan.detections.get(usize::from(*number)) else { continue };
-            let noise = detection.noise.unwrap_or_else(|| sensor.model().nominal_noise());
-            let Some(fix) = sensor.model().locate(&detection.z, &noise) else { continue };
+            let Some(fix) = self.locate(sensor, scan.detections.get(usize::from(*number))) else { continue };
             match self.initiation.rule {
                 Rule::Off => {}
                 Rule::OnePoint => self.bear(state, 1, self.initiation.one_point(M::LAYOUT, &fix), report),
                 Rule::TwoPoint { max_speed, max_gap } => {
-                    let mut paired = false;
-                    for k in 0..remembered {
+                    for k in 0..state.seeds.len() {
                         let Some(seed) = state.seeds.get(k) else { continue };
                         if let Some(dt) = seed.pairs_with(&fix, scan.time, M::LAYOUT, max_speed, max_gap) {
-                            paired = true;
                             let g = self.initiation.two_points(M::LAYOUT, &seed.fix, &fix, dt);
                             self.bear(state, 2, g, report);
+                            if let Some(claimed) = state.claimed.get_mut(slot) {
+                                *claimed = true;
+                            }
                         }
                     }
-                    if !paired {
-                        remember(&mut state.seeds, Seed { time: scan.time, fix }, report);
-                    }
+                }
+            }
+        }
+        // Remembered only now: the order of the detections in a scan must not matter.
+        if let Rule::TwoPoint { .. } = self.initiation.rule {
+            for (slot, number) in selection.indices.iter().enumerate() {
+                if state.claimed.get(slot) == Some(&false)
+                    && let Some(fix) = self.locate(sensor, scan.detections.get(usize::from(*number)))
+                {
+                    remember(&mut state.seeds, Seed { time: scan.time, fix }, report);
                 }
             }
         }
     }
 
-    /// A tentative track with `hits` detections behind it takes a free slot, or that of the tentative track with the
-    /// fewest hits if it has fewer than its scans: one that was missed.
+    /// Where a detection stands, if it tells and somebody wants to know.
+    fn locate<S: Sensor<T, NX, NZ>, const NZ: usize>(&self, sensor: &S, detection: Option<&Detection<T, NZ>>) -> Option<Fix<T>> {
+        if self.initiation.rule == Rule::Off {
+            return None;
+        }
+        let detection = detection?;
+        let noise = detection.noise.unwrap_or_else(|| sensor.model().nominal_noise());
+        sensor.model().locate(&detection.z, &noise)
+    }
+
+    /// A tentative track with `hits` detections behind it takes a free slot, or that of the tentative track that was missed
+    /// most often in a row; where none was missed it is refused, as it is where it is not finite or too uncertain.
     fn bear(&self, state: &mut State<T, NX, MODES, TRACKS, DETS>, hits: u8, g: Gaussian<T, NX>, report: &mut Report) {
+        let Some(born) = self.birth(state, hits, g) else {
+            report.births_refused = report.births_refused.saturating_add(1);
+            return;
+        };
+        let (slot, mut newborn) = born;
+        let Some(track) = state.tracks.get_mut(slot) else { return };
+        if !track.is_free() {
+            report.tracks_evicted = report.tracks_evicted.saturating_add(1);
+        }
+        report.births = report.births.saturating_add(1);
+        report.count(newborn.judge(&self.logic, M::LAYOUT));
+        *track = newborn;
+    }
+
+    /// The slot and the track of a birth, if there is room, an identity and a sound density.
+    fn birth(&self, state: &mut State<T, NX, MODES, TRACKS, DETS>, hits: u8, g: Gaussian<T, NX>) -> Option<(usize, Track<T, NX, MODES>)> {
         let bank = ModeBank::new(self.initial, g);
         let free = state.tracks.iter().position(|t| t.is_free());
         let slot = free.or_else(|| {
             let missed = state.tracks.iter().enumerate().filter(|(_, t)| t.status() == Status::Tentative && t.misses() > 0);
             missed.max_by_key(|(_, t)| t.misses()).map(|(slot, _)| slot)
-        });
-        let (Some(track), true) = (slot.and_then(|slot| state.tracks.get_mut(slot)), bank.is_valid()) else {
-            report.births_refused = report.births_refused.saturating_add(1);
-            return;
-        };
-        let Some(id) = state.ids.next() else {
-            report.births_refused = report.births_refused.saturating_add(1);
-            return;
-        };
-        if !track.is_free() {
-            report.tracks_evicted = report.tracks_evicted.saturating_add(1);
+        })?;
+        if !bank.is_valid() || Track::cued(TrackId::FIRST, bank).is_too_uncertain(&self.logic, M::LAYOUT) {
+            return None;
         }
-        *track = Track::born(id, hits, bank);
-        report.births = report.births.saturating_add(1);
-        report.count(track.judge(&self.logic, M::LAYOUT));
+        Some((slot, Track::born(state.ids.next()?, hits, bank)))
     }
 
     /// Where positions and velocities stand in the state.
