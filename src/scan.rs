@@ -102,7 +102,8 @@ impl<const DETS: usize> Selection<DETS> {
                 continue;
             }
             let kept = indices.iter().filter_map(|k| Some((*k, detections.get(usize::from(*k))?)));
-            let weakest = kept.reduce(|a, b| if weaker(b.1, a.1) { b } else { a });
+            // Of equals the last to arrive.
+            let weakest = kept.reduce(|a, b| if weaker(a.1, b.1) { a } else { b });
             if let Some((k, kept)) = weakest
                 && weaker(kept, d)
             {

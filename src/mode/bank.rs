@@ -58,8 +58,8 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         Self { prob, modes: [g; MODES] }
     }
 
-    /// Mixes the modes by the jump matrix; `prob` becomes the predicted c. A mode that no other can reach (c_j below
-    /// 1e-30) gets c_j = 0 and keeps its own density.
+    /// Mixes the modes by the jump matrix; `prob` becomes the predicted c. A mode that none can reach (c_j below
+    /// 1e-30) gets c_j = 0 and the combined estimate, so that it stays sound until it can be reached again.
     ///
     /// Cost: about (3 (MODES − 1) + MODES (2 MODES − 1)) NX (NX + 1) / 2 operations.
     #[inline(always)]
@@ -83,19 +83,20 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                 sum += c[j];
             } else {
                 c[j] = T::ZERO;
+                weight[j] = self.prob;
             }
         }
+        self.mix_into(&weight);
         if sum > T::ZERO {
-            self.mix_into(&weight, &c);
             // Rows that sum to one but for rounding would let the probabilities drift while a track coasts.
             let scale = T::ONE / sum;
             self.prob = c.map(|c| c * scale);
         }
     }
 
-    /// Every mode j with `c[j]` above zero becomes the moment match of all modes i with the weights `weight[j][i]`.
+    /// Every mode j becomes the moment match of all modes i with the weights `weight[j][i]`.
     #[inline(always)]
-    fn mix_into(&mut self, weight: &[[T; MODES]; MODES], c: &[T; MODES]) {
+    fn mix_into(&mut self, weight: &[[T; MODES]; MODES]) {
         let d = self.deviations();
         let mut bar = [[T::ZERO; NX]; MODES];
         for k in 0..NX {
@@ -104,9 +105,7 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                 for i in 1..MODES {
                     bar[j][k] += weight[j][i] * d[i][k];
                 }
-                if c[j] > T::ZERO {
-                    self.modes[j].mean.data.0[0][k] = first + bar[j][k];
-                }
+                self.modes[j].mean.data.0[0][k] = first + bar[j][k];
             }
         }
         for a in 0..NX {
@@ -118,9 +117,7 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                     for i in 1..MODES {
                         v += weight[j][i] * n[i];
                     }
-                    if c[j] > T::ZERO {
-                        self.modes[j].cov.upper_mut()[a][b] = v;
-                    }
+                    self.modes[j].cov.upper_mut()[a][b] = v;
                 }
             }
         }

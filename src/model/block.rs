@@ -49,14 +49,20 @@ pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A:
     let p = cov.upper_mut();
     for a in 0..A {
         for b in a..A {
-            let mut columns: [[T; S]; S] = core::array::from_fn(|j| {
-                core::array::from_fn(|i| if a == b && i > j { p[a * S + j][b * S + i] } else { p[a * S + i][b * S + j] })
-            });
+            let mut columns = [[T::ZERO; S]; S];
+            for j in 0..S {
+                for i in 0..S {
+                    columns[j][i] = if a == b && i > j { p[a * S + j][b * S + i] } else { p[a * S + i][b * S + j] };
+                }
+            }
             for column in &mut columns {
                 step.propagate(column);
             }
             for i in 0..S {
-                let mut row: [T; S] = core::array::from_fn(|j| columns[j][i]);
+                let mut row = [T::ZERO; S];
+                for j in 0..S {
+                    row[j] = columns[j][i];
+                }
                 step.propagate(&mut row);
                 for j in 0..S {
                     if a != b {
