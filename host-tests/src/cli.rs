@@ -55,13 +55,13 @@ enum Command {
     Replay {
         /// The recorded plots
         plots: PathBuf,
-        /// Sensors, described in TOML
+        /// Sensors and tracker, described in TOML
         #[arg(long, value_name = "FILE.toml")]
         config: Option<PathBuf>,
         /// Scalar type of the tracker
         #[arg(long, value_enum, default_value_t = Precision::F32)]
         precision: Precision,
-        /// Write pictures and results into this directory
+        /// Write tracks, pictures and results into this directory
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
         /// Write the results as JSON

@@ -66,7 +66,7 @@ fn replay_writes_its_results() -> Result<(), Box<dyn Error>> {
     fs::write(dir.path().join("p.csv"), "t_us,sensor,x,y\n5,r,1,2\n5,r,3,4\n9,r,,\n")?;
     let output = host_tests(&["replay", "p.csv", "--out", "a/b", "--json", "r.json"], dir.path())?;
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(dir.path().join("a/b/plots.svg").is_file());
+    assert!(dir.path().join("a/b/tracks.svg").is_file());
     let result: serde_json::Value = serde_json::from_str(&fs::read_to_string(dir.path().join("r.json"))?)?;
     assert_eq!(result["sensors"][0], serde_json::json!({"name": "r", "scans": 2, "detections": 2}));
     Ok(())

@@ -40,12 +40,8 @@ const PDA: &[Compared] = &[
     ("nonparametric", "x", Relative, 1e-9),
     ("nonparametric", "P", Relative, 1e-9),
 ];
-const IMMPDAF: &[Compared] = &[
-    ("steps", "validated", Equal, 0.0),
-    ("steps", "mu", Absolute, 1e-8),
-    ("steps", "x", Relative, 1e-8),
-    ("steps", "P", Relative, 1e-8),
-];
+const IMMPDAF: &[Compared] =
+    &[("steps", "validated", Equal, 0.0), ("steps", "mu", Absolute, 1e-8), ("steps", "x", Relative, 1e-8), ("steps", "P", Relative, 1e-8)];
 
 /// What `solve` may read of a step and of a case of `pda`; all else is a result.
 const STEP_INPUTS: [&str; 5] = ["z", "F", "Q", "H", "R"];

@@ -12,10 +12,9 @@
 //!
 //! A false track is one that was never paired with a target (c = 30 m) in any judged scan.
 
+use super::history::{History, Moment};
 use super::recording::{Recording, ScanRecord};
-use super::tracking::{History, Moment};
 use crate::metrics::{Labelled, Sequence, distance, gospa, match_points};
-use boresight::track::Status;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,6 +28,8 @@ const JUDGED: &str = "radar";
 /// The whole judgement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
+    /// The sensor at whose scans was judged; `None` for all.
+    pub sensor: Option<&'static str>,
     /// Number of judged scans.
     pub scans: usize,
     /// Each target.
@@ -120,6 +121,7 @@ pub fn judge(recording: &Recording, history: &History) -> Option<Judgement> {
         }
     };
     Some(Judgement {
+        sensor: by_radar.then_some(JUDGED),
         scans: judged.len(),
         targets: first.into_iter().map(target).collect(),
         gospa: mean.over(judged.len()),
@@ -136,7 +138,7 @@ fn truth(scan: &ScanRecord, history: &History) -> Vec<Labelled<Vec<f64>>> {
 
 /// The tracks that are taken for targets.
 fn estimates(moment: &Moment, history: &History) -> Vec<Labelled<Vec<f64>>> {
-    let reported = moment.tracks.iter().filter(|track| track.moving && track.status != Status::Tentative);
+    let reported = moment.tracks.iter().filter(|track| track.moving);
     reported.map(|track| Labelled { label: track.id.into(), position: track.position(history.state) }).collect()
 }
 
@@ -161,5 +163,63 @@ impl GospaMean {
             n_missed: self.n_missed / n,
             n_false: self.n_false / n,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::history::tests::history;
+    use super::super::recording::{Frame, TruthPoint};
+    use super::*;
+    use boresight::track::Status::{Coasting, Confirmed, Tentative};
+
+    /// Scans of `sensors`, a second apart, with a target at (0, 0) and one at (100, 0).
+    fn recording(sensors: &[&str]) -> Recording {
+        let truth = |id, x| TruthPoint { id, position: [x, 0.0, 0.0] };
+        let scan = |(time_us, sensor): (u64, &&str)| ScanRecord {
+            time_us,
+            sensor: (*sensor).to_owned(),
+            own: None,
+            detections: Vec::new(),
+            truth: vec![truth(1, 0.0), truth(2, 100.0)],
+        };
+        Recording { frame: Frame::XRight, scans: (0..).step_by(1_000_000).zip(sensors).map(scan).collect() }
+    }
+
+    #[test]
+    fn targets_count_from_their_first_track_on() {
+        let history = history(
+            &[
+                (0, 0, &[(5, Tentative, 0.0, 3.0)]),
+                (1, 1, &[(5, Confirmed, 0.0, 3.0), (6, Confirmed, 100.0, 25.0)]),
+                (2, 2, &[(5, Coasting, 0.0, 40.0), (6, Confirmed, 100.0, 4.0), (9, Confirmed, 500.0, 0.0)]),
+                (3, 3, &[(7, Confirmed, 0.0, 4.0), (6, Confirmed, 100.0, 4.0)]),
+            ],
+            0.0,
+        );
+        let Some(judgement) = judge(&recording(&["radar"; 4]), &history) else { panic!("there is truth") };
+        let [one, two] = judgement.targets.as_slice() else { panic!("there are two targets") };
+        assert_eq!((one.first_s, one.scans, one.covered, one.identity_changes), (Some(1.0), 3, 2, 1));
+        assert_eq!(one.rmse, Some(12.5_f64.sqrt()));
+        assert_eq!((two.first_s, two.scans, two.covered, two.identity_changes), (Some(2.0), 2, 2, 0));
+        // Missed: 2, 0, 1, 0; false: 0, 0, 2, 0; half of c squared is 450.
+        let g = judgement.gospa;
+        assert_eq!((judgement.scans, g.n_missed, g.n_false, judgement.false_tracks), (4, 0.75, 0.5, 1));
+        assert_eq!((g.missed, g.false_, g.localisation), (337.5, 225.0, (9.0 + 625.0 + 16.0 + 16.0 + 16.0) / 4.0));
+    }
+
+    #[test]
+    fn the_radar_judges_where_there_is_one() {
+        let near = (1, Confirmed, 0.0, 1.0);
+        let both = history(&[(0, 0, &[near]), (1, 1, &[near])], 0.0);
+        let by = |sensors: &[&str]| judge(&recording(sensors), &both).map(|judgement| (judgement.sensor, judgement.scans));
+        assert_eq!(by(&["radar", "lidar"]), Some((Some("radar"), 1)));
+        assert_eq!(by(&["sonar", "lidar"]), Some((None, 2)));
+        let standing = history(&[(0, 0, &[near]), (1, 1, &[near])], 10.0);
+        let judged = judge(&recording(&["radar", "radar"]), &standing);
+        assert!(judged.is_some_and(|judgement| judgement.targets.iter().all(|target| target.first_s.is_none())));
+        let mut blind = recording(&["radar", "radar"]);
+        blind.scans.iter_mut().for_each(|scan| scan.truth.clear());
+        assert_eq!(judge(&blind, &both), None);
     }
 }

@@ -4,23 +4,32 @@
 //! |---|---|
 //! | [`recording`] | [`Recording`]: scans, detections and truth in one form |
 //! | `csv`, `json` | the two file formats |
-//! | [`config`] | the sensors, described in TOML |
+//! | [`config`] | sensors and tracker, described in TOML |
+//! | `modes`, `sensor` | the library's models put together as described |
+//! | [`tracking`], [`history`] | the run, scan by scan, and what came of it |
+//! | [`judge`], [`summary`] | how good the tracks are, where the truth is known; the result in numbers |
+//! | [`tables`], [`map`] | the tracks as CSV and JSON, and as a picture |
 //!
-//! This file reads and checks everything, says what was recorded and draws it. Positions on the map are
-//! own position (or the resting sensor's) plus the detection's relative position.
+//! This file carries the command out: everything is read, checked, computed and drawn before the first file is
+//! written. With `--out` those are `tracks.csv`, `tracks.json`, `replay.json` (the summary), `scene.svg` (the whole map)
+//! and `tracks.svg` (the map around the truth, or the whole where there is none).
 
 pub mod config;
 mod csv;
+pub mod history;
 mod json;
+pub mod judge;
+pub mod map;
+mod modes;
 pub mod recording;
+mod sensor;
+pub mod summary;
+pub mod tables;
+pub mod tracking;
 
-use crate::picture::{Chart, Series};
 use crate::{Failure, Precision, output};
-use config::Config;
-pub use recording::{Component, Components, Plot, Recording, ScanRecord, TruthPoint};
-use serde::Serialize;
-use std::collections::BTreeMap;
-use std::fmt::Write;
+use config::{Config, TrackerPlan};
+pub use recording::{Component, Components, Frame, Plot, Recording, ScanRecord, TruthPoint};
 use std::path::PathBuf;
 
 /// The command `replay` as the user gave it.
@@ -28,43 +37,22 @@ use std::path::PathBuf;
 pub struct Request {
     /// The recorded plots.
     pub plots: PathBuf,
-    /// The sensors, if described.
+    /// Sensors and tracker, if described.
     pub config: Option<PathBuf>,
     /// Scalar type of the tracker.
     pub precision: Precision,
-    /// Directory for pictures and results, if given; created when missing.
+    /// Directory for tracks, picture and result, if given; created when missing.
     pub out: Option<PathBuf>,
     /// The result file, if given.
     pub json: Option<PathBuf>,
 }
 
-/// What a recording holds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
-    /// Number of scans.
-    pub scans: usize,
-    /// From the first scan to the last \[s\].
-    pub duration_s: f64,
-    /// Number of targets of which the truth is known.
-    pub targets: usize,
-    /// Each sensor, in order of its first scan.
-    pub sensors: Vec<SensorSummary>,
-}
-
-/// What a recording holds of one sensor.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SensorSummary {
-    /// Its name.
-    pub name: String,
-    /// Number of its scans.
-    pub scans: usize,
-    /// Number of its detections.
-    pub detections: usize,
-}
-
-/// Reads and checks the recording and the description of its sensors, then reports on them.
+/// Runs the tracker over the recording, writes what was asked for and prints the result.
 pub fn run(request: &Request) -> Result<(), Failure> {
     let recording = Recording::read(&request.plots)?;
+    for sensor in recording.sensors() {
+        recording.components(sensor).map_err(|failure| failure.in_file(&request.plots))?;
+    }
     let config = match &request.config {
         Some(file) => Config::read(file, &recording)?,
         None => Config::default(),
@@ -72,116 +60,68 @@ pub fn run(request: &Request) -> Result<(), Failure> {
     if let Some(file) = &request.json {
         output::check_target(file)?;
     }
+    let place = request.config.as_ref().unwrap_or(&request.plots);
+    let plan = TrackerPlan::new(&config, &recording).map_err(|failure| failure.in_file(place))?;
+    let history = tracking::track(&recording, &config, &plan, request.precision).map_err(|failure| failure.in_file(place))?;
+    let summary = summary::summary(&recording, &history, &plan, request.precision);
     if let Some(dir) = &request.out {
+        let name = request.plots.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let draw = |limits| map::map(&recording, &config, &history, &format!("{name}: plots and confirmed tracks"), limits).render();
+        let (scene, closer) = (draw(None)?, map::around_truth(&recording).map(|limits| draw(Some(limits))).transpose()?);
+        let (csv, json) = (tables::csv(&recording, &history), tables::json(&recording, &history));
         output::create_directory(dir)?;
-    }
-
-    let summary = summary(&recording);
-    if let Some(dir) = &request.out {
-        let map = map(&recording, &config).render()?;
-        output::write_file(&dir.join("plots.svg"), map.as_bytes())?;
+        output::write_file(&dir.join("tracks.csv"), csv.as_bytes())?;
+        output::write_file(&dir.join("tracks.json"), json.as_bytes())?;
+        let tracks = closer.as_ref().unwrap_or(&scene);
+        output::write_file(&dir.join("tracks.svg"), tracks.as_bytes())?;
+        output::write_file(&dir.join("scene.svg"), scene.as_bytes())?;
         output::write_json(&dir.join("replay.json"), &summary)?;
     }
     if let Some(file) = &request.json {
         output::write_json(file, &summary)?;
     }
-    let mut text = format!(
-        "{}: {} scans in {:.1} s, truth of {} targets\n",
-        request.plots.display(),
-        summary.scans,
-        summary.duration_s,
-        summary.targets,
-    );
-    for SensorSummary { name, scans, detections } in &summary.sensors {
-        let per_scan = *detections as f64 / *scans as f64;
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "    {name}: {scans} scans, {detections} detections, {per_scan:.1} a scan");
-    }
-    output::print(&text)
-}
-
-/// Counts what the recording holds.
-#[must_use]
-pub fn summary(recording: &Recording) -> Summary {
-    let of = |name: &str| {
-        let scans = recording.scans.iter().filter(|scan| scan.sensor == name);
-        let counts: Vec<usize> = scans.map(|scan| scan.detections.len()).collect();
-        SensorSummary { name: name.to_owned(), scans: counts.len(), detections: counts.iter().sum() }
-    };
-    Summary {
-        scans: recording.scans.len(),
-        duration_s: recording.duration_s(),
-        targets: truth_paths(recording).len(),
-        sensors: recording.sensors().into_iter().map(of).collect(),
-    }
-}
-
-/// The detections of every sensor, the truth and the sensor's own path on a map.
-///
-/// Plots lie below, so that tracks added to the chart lie above them.
-#[must_use]
-pub fn map(recording: &Recording, config: &Config) -> Chart {
-    let mut chart = Chart::map("Recorded plots", "x [m]", "y [m]");
-    for (index, name) in recording.sensors().into_iter().enumerate() {
-        let resting = config.sensor(name).position;
-        let scans = recording.scans.iter().filter(|scan| scan.sensor == name);
-        let points = scans.flat_map(|scan| {
-            let origin = scan.own.unwrap_or(resting);
-            let absolute = move |[x, y, _]: [f64; 3]| [origin[0] + x, origin[1] + y];
-            scan.detections.iter().filter_map(Plot::relative_position).map(absolute)
-        });
-        let plots = Series::clutter(format!("{name} plots"), points.collect());
-        // The first sensor is grey; the others take colours that few tracks reach.
-        chart = chart.with(if index == 0 { plots } else { plots.coloured(index + 4) });
-    }
-    let own = recording.scans.iter().filter_map(|scan| scan.own).map(|[x, y, _]| [x, y]);
-    chart = chart.with(Series::reference("own path", own.collect()));
-    truth_paths(recording).into_values().fold(chart, |chart, path| chart.with(Series::truth("truth", path)))
-}
-
-/// The true path of every target in the plane \[m\].
-fn truth_paths(recording: &Recording) -> BTreeMap<u64, Vec<[f64; 2]>> {
-    let mut paths: BTreeMap<u64, Vec<[f64; 2]>> = BTreeMap::new();
-    for point in recording.scans.iter().flat_map(|scan| &scan.truth) {
-        let [x, y, _] = point.position;
-        paths.entry(point.id).or_default().push([x, y]);
-    }
-    paths
+    output::print(&summary::table(&summary, &request.plots.display().to_string()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
+
+    type Outcome = Result<(), Box<dyn std::error::Error>>;
+
+    fn request(dir: &Path, plots: &str) -> std::io::Result<Request> {
+        let file = dir.join("plots.csv");
+        std::fs::write(&file, plots)?;
+        Ok(Request { plots: file, config: None, precision: Precision::F32, out: Some(dir.join("out")), json: None })
+    }
 
     #[test]
-    fn replay_says_what_was_recorded() -> Result<(), Box<dyn std::error::Error>> {
+    fn all_results_are_there_even_of_nothing() -> Outcome {
         let dir = tempfile::tempdir()?;
-        let plots = dir.path().join("plots.csv");
-        std::fs::write(&plots, "t_us,sensor,range,azimuth\n0,radar,100,0.1\n0,radar,90,0.2\n2000000,radar,,\n")?;
-        let out = dir.path().join("out");
-        let request = Request { plots, config: None, precision: Precision::F32, out: Some(out.clone()), json: None };
-        run(&request)?;
-        let value: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(out.join("replay.json"))?)?;
-        assert_eq!(
-            value,
-            serde_json::json!({
-                "scans": 2, "duration_s": 2.0, "targets": 0,
-                "sensors": [{"name": "radar", "scans": 2, "detections": 2}],
-            })
-        );
-        assert!(std::fs::read_to_string(out.join("plots.svg"))?.starts_with("<svg"));
+        run(&request(dir.path(), "t_us,sensor,range,azimuth\n0,radar,100,0.1\n0,radar,90,0.2\n2000000,radar,,\n")?)?;
+        let text = |name: &str| std::fs::read_to_string(dir.path().join("out").join(name));
+        let summary: serde_json::Value = serde_json::from_str(&text("replay.json")?)?;
+        assert_eq!(summary["sensors"], serde_json::json!([{"name": "radar", "scans": 2, "detections": 2}]));
+        assert_eq!((&summary["duration_s"], &summary["judgement"]), (&2.0.into(), &serde_json::Value::Null));
+        let tracks: serde_json::Value = serde_json::from_str(&text("tracks.json")?)?;
+        assert_eq!(tracks["tracks"], serde_json::json!([]));
+        assert_eq!(text("tracks.csv")?.lines().count(), 1);
+        assert!(text("tracks.svg")?.starts_with("<svg") && text("scene.svg")?.starts_with("<svg"));
         Ok(())
     }
 
     #[test]
-    fn bad_plots_leave_nothing_behind() -> Result<(), Box<dyn std::error::Error>> {
+    fn bad_plots_leave_nothing_behind() -> Outcome {
         let dir = tempfile::tempdir()?;
-        let plots = dir.path().join("plots.csv");
-        std::fs::write(&plots, "t_us,sensor,x,y\n0,radar,1,two\n")?;
-        let out = dir.path().join("out");
-        let request = Request { plots, config: None, precision: Precision::F32, out: Some(out.clone()), json: None };
-        assert!(run(&request).is_err_and(|f| f.to_string().contains("line 2: column y")));
-        assert!(!out.exists());
+        for (plots, told) in [
+            ("t_us,sensor,x,y\n0,radar,1,two\n", "line 2: column y"),
+            ("t_us,sensor,range,azimuth\n0,radar,1,\n0,radar,1,1\n", "plots.csv: sensor radar: range,azimuth at t = 0 us"),
+        ] {
+            let request = request(dir.path(), plots)?;
+            assert!(run(&request).is_err_and(|failure| failure.to_string().contains(told)), "{told}");
+            assert!(!dir.path().join("out").exists());
+        }
         Ok(())
     }
 }

@@ -7,7 +7,7 @@
 //!
 //! An array of such modes is a mode set of the library. The equations stand in the models' own modules.
 
-use super::config::{InitiationConfig, ModeConfig, Model, Noise};
+use super::config::{InitiationPlan, ModeConfig, Model, Noise};
 use crate::Failure;
 use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
@@ -66,8 +66,8 @@ impl<T: Real> ModeKind for AccelerationMode<T> {
 
 /// What no measurement tells of a new track, per axis: position 0 ± 0 (always measured), velocity 0 ± max_speed / 2,
 /// acceleration 0 ± its standard deviation.
-pub(super) fn prior<T: Real, const NX: usize>(layout: Layout, config: &InitiationConfig) -> Gaussian<T, NX> {
-    let deviations = [0.0, config.max_speed / 2.0, config.acceleration_std];
+pub(super) fn prior<T: Real, const NX: usize>(layout: Layout, plan: &InitiationPlan) -> Gaussian<T, NX> {
+    let deviations = [0.0, plan.max_speed / 2.0, plan.acceleration_std];
     let variance = |state: usize| deviations.get(state % layout.stride.max(1)).map_or(0.0, |deviation| deviation * deviation);
     Gaussian::new(SVector::zeros(), Symmetric::from_fn(|i, j| if i == j { T::lit(variance(i)) } else { T::ZERO }))
 }
@@ -109,12 +109,11 @@ motion_model!([] AccelerationMode<T>, Layout { axes: 2, stride: 3 }, Straight, A
 
 #[cfg(test)]
 mod tests {
-    use super::super::config::TrackerConfig;
     use super::*;
 
     fn built<M: ModeKind>(mode: &str) -> Result<M, String> {
-        let config: TrackerConfig = toml::from_str(&format!("[[modes]]\n{mode}")).map_err(|error| error.to_string())?;
-        config.modes.first().ok_or("no mode".to_owned()).and_then(|mode| M::build(mode).map_err(|failure| failure.to_string()))
+        let mode = toml::from_str(mode).map_err(|error| error.to_string())?;
+        M::build(&mode).map_err(|failure| failure.to_string())
     }
 
     #[test]

@@ -233,6 +233,24 @@ impl Recording {
         Ok(found.unwrap_or_default())
     }
 
+    /// The range of the farthest detection of a sensor \[m\]; `None` where a detection tells no range, or there is none.
+    #[must_use]
+    pub fn farthest(&self, sensor: &str) -> Option<f64> {
+        let plots = self.scans.iter().filter(|scan| scan.sensor == sensor).flat_map(|scan| &scan.detections);
+        let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);
+        let range = |plot: &Plot| plot.values.get(Component::Range).or_else(|| plot.relative_position().map(length));
+        plots.map(range).try_fold(0.0, |most: f64, range| Some(most.max(range?))).filter(|most| *most > 0.0)
+    }
+
+    /// The median time between two scans of a sensor \[s\]; `None` for fewer than two.
+    #[must_use]
+    pub fn median_interval_s(&self, sensor: &str) -> Option<f64> {
+        let times: Vec<u64> = self.scans.iter().filter(|scan| scan.sensor == sensor).map(|scan| scan.time_us).collect();
+        let mut intervals: Vec<u64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        intervals.sort_unstable();
+        intervals.get(intervals.len() / 2).map(|us| *us as f64 * 1e-6)
+    }
+
     /// From the first scan to the last \[s\].
     #[must_use]
     pub fn duration_s(&self) -> f64 {
@@ -244,8 +262,13 @@ impl Recording {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    /// A recording written as CSV.
+    pub fn recording(text: &str) -> Result<Recording, Failure> {
+        csv::parse(Path::new("p.csv"), text)
+    }
 
     fn plot(values: &[(Component, f64)]) -> Plot {
         let mut plot = Plot::default();
@@ -283,5 +306,24 @@ mod tests {
         assert!(Azimuth.objection(270.0).is_some_and(|reason| reason.contains("radians")));
         assert!(Elevation.objection(1.6).is_some());
         assert_eq!((RangeRate.objection(-300.0), Azimuth.objection(-3.1)), (None, None));
+    }
+
+    #[test]
+    fn a_recording_tells_reach_and_pace() -> Result<(), Failure> {
+        let polar = recording("t_us,sensor,range,azimuth\n0,a,50,0.1\n0,b,,0.3\n1000000,a,70,0.2\n1500000,a,,\n4000000,a,60,0\n")?;
+        assert_eq!((polar.farthest("a"), polar.farthest("b"), polar.farthest("c")), (Some(70.0), None, None));
+        assert_eq!((polar.median_interval_s("a"), polar.median_interval_s("b")), (Some(1.0), None));
+        assert_eq!(recording("t_us,sensor,x,y\n0,a,30,-40\n")?.farthest("a"), Some(50.0));
+        Ok(())
+    }
+
+    #[test]
+    fn a_sensor_measures_one_set_of_components() -> Result<(), Failure> {
+        let two = recording("t_us,sensor,range,azimuth\n0,a,50,0.1\n0,b,,0.3\n7,a,50,\n")?;
+        assert_eq!(two.components("b")?, [Component::Azimuth]);
+        assert_eq!(two.components("c")?, []);
+        let told = two.components("a").err().map(|failure| failure.to_string());
+        assert_eq!(told.as_deref(), Some("sensor a: range at t = 7 us, range,azimuth before; one sensor measures one set"));
+        Ok(())
     }
 }

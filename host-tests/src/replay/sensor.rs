@@ -54,13 +54,13 @@ impl Instrument {
             components.truncate(axes);
         }
         let clutter_density = config.clutter_density.or((components == [Component::X, Component::Y]).then_some(USUAL_DENSITY));
-        let max_range = config.max_range.unwrap_or_else(|| farthest(name, recording));
+        let max_range = config.max_range.or_else(|| recording.farthest(name)).unwrap_or(f64::INFINITY);
         Ok(Self {
             name: name.to_owned(),
             components,
             initiates: config.initiates,
             position: config.position,
-            sigma: config.sigma(),
+            sigma: config.sigma(name),
             p_detect: config.p_detect,
             clutter_density,
             range: [config.min_range, max_range],
@@ -132,17 +132,6 @@ impl Instrument {
     }
 }
 
-/// The range of the farthest detection of a sensor \[m\]; infinite where its detections tell no range.
-fn farthest(name: &str, recording: &Recording) -> f64 {
-    let plots = recording.scans.iter().filter(|scan| scan.sensor == name).flat_map(|scan| &scan.detections);
-    let range = |plot: &Plot| plot.values.get(Component::Range).or_else(|| Some(length(plot.relative_position()?)));
-    plots.map(range).try_fold(0.0, |most: f64, range| Some(most.max(range?))).filter(|most| *most > 0.0).unwrap_or(f64::INFINITY)
-}
-
-fn length([x, y, z]: [f64; 3]) -> f64 {
-    x.hypot(y).hypot(z)
-}
-
 /// A sensor in one scan.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Look<T, M> {
@@ -175,5 +164,54 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
     }
     fn gate(&self) -> &Gate<T> {
         &self.gate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::config::Config;
+    use super::super::recording::tests::recording;
+    use super::*;
+
+    fn instrument(csv: &str, toml: &str, axes: usize) -> Result<(Instrument, Recording), Failure> {
+        let recording = recording(csv)?;
+        let config = Config::parse(toml, &recording).map_err(|(_, failure)| failure)?;
+        let sensor = Instrument::new("r", &recording, &config.sensor("r"), GateConfig::Probability(0.99), axes)?;
+        Ok((sensor, recording))
+    }
+
+    #[test]
+    fn detection_needs_the_target_in_range() -> Result<(), Failure> {
+        let text = "[sensors.r]\nmin_range = 10\np_detect = 0.75\nposition = [100, 0, 0]\n";
+        let (sensor, _) = instrument("t_us,sensor,x,y\n0,r,30,40\n", text, 2)?;
+        let look = sensor.position_sensor::<f64, 2, 2>(sensor.origin(None))?;
+        let p_detect = |x: f64| Sensor::<f64, 4, 2>::p_detect(&look, &SVector::from([x, 0.0, 0.0, 0.0]));
+        assert_eq!([50.0, 51.0, 91.0, 100.0, 149.0, 151.0].map(p_detect), [0.75, 0.75, 0.0, 0.0, 0.75, 0.0]);
+        assert_eq!(sensor.origin(Some([1.0, 2.0, 3.0])), [1.0, 2.0, 3.0]);
+        Ok(())
+    }
+
+    #[test]
+    fn a_plot_brings_what_it_measured_and_how_well() -> Result<(), Failure> {
+        let csv = "t_us,sensor,range_rate,azimuth,range,sigma_azimuth,amplitude\n0,r,-5,0.5,200,0.125,9\n0,r,-5,0.5,200,,\n";
+        let (sensor, recording) = instrument(csv, "[sensors.r]\nsigma = { range = 3 }\n", 2)?;
+        assert_eq!(sensor.components, [Component::Range, Component::Azimuth, Component::RangeRate]);
+        let detections: Vec<Detection<f64, 3>> = recording.scans[0].detections.iter().map(|plot| sensor.detection(plot)).collect();
+        assert_eq!(detections[0].z, SVector::from([200.0, 0.5, -5.0]));
+        assert_eq!(detections[0].noise, Some(Symmetric::from_diagonal([9.0, 0.015625, 1.0])));
+        assert_eq!((detections[0].amplitude, detections[1].amplitude, detections[1].noise), (Some(9.0), None, None));
+        let look = sensor.radar::<f64, 3, 2, 2>([0.0; 3])?;
+        let fix = MeasurementModel::<f64, 4, 3>::locate(&look.model, &detections[0].z, &sensor.noise(&Components::default()));
+        assert!(fix.is_some_and(|fix| (fix.position[0] - 200.0 * 0.5_f64.cos()).abs() < 0.1));
+        Ok(())
+    }
+
+    #[test]
+    fn space_needs_a_height() -> Result<(), Failure> {
+        let told = instrument("t_us,sensor,x,y\n0,r,30,40\n", "", 3).err().map(|failure| failure.to_string());
+        assert_eq!(told.as_deref(), Some("sensor r: measures no z, which the state \"cv-3d\" wants"));
+        let (plane, _) = instrument("t_us,sensor,x,y,z\n0,r,30,40,5\n", "", 2)?;
+        assert_eq!(plane.components, [Component::X, Component::Y]);
+        Ok(())
     }
 }

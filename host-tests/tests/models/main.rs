@@ -14,6 +14,7 @@ mod support;
 
 mod converted;
 mod motion;
+mod scene;
 mod sensors;
 mod singer;
 mod turn;
@@ -25,13 +26,13 @@ use nalgebra::{SMatrix, SVector};
 ///
 /// With D(h) = (f(x + h) − f(x − h)) / 2h the estimate is (4 D(h) − D(2h)) / 3. Its error is of fourth order in h and so
 /// smaller than |D(2h) − D(h)|, which is of second; rounding adds at most `rounding` / h, where `rounding` bounds the error
-/// of f. `minus` takes the difference of two values: angles wrap.
+/// of every coordinate of f. `minus` takes the difference of two values: angles wrap.
 fn derivative<const N: usize, const M: usize>(
     f: impl Fn(&SVector<f64, N>) -> SVector<f64, M>,
     minus: impl Fn(&SVector<f64, M>, &SVector<f64, M>) -> SVector<f64, M>,
     x: &SVector<f64, N>,
     steps: &SVector<f64, N>,
-    rounding: f64,
+    rounding: &SVector<f64, M>,
 ) -> (SMatrix<f64, M, N>, SMatrix<f64, M, N>) {
     let mut estimate = SMatrix::<f64, M, N>::zeros();
     let mut bound = SMatrix::<f64, M, N>::zeros();
@@ -45,7 +46,7 @@ fn derivative<const N: usize, const M: usize>(
         };
         let (fine, coarse) = (difference(steps[i]), difference(2.0 * steps[i]));
         estimate.set_column(i, &((fine * 4.0 - coarse) / 3.0));
-        bound.set_column(i, &(coarse - fine).map(|d| d.abs() + rounding / steps[i]));
+        bound.set_column(i, &((coarse - fine).abs() + rounding / steps[i]));
     }
     (estimate, bound)
 }

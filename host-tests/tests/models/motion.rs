@@ -109,8 +109,8 @@ impl Law<f64> for Derivative<'_> {
         let steps = SVector::repeat(1e-3 / self.dt.max(1.0));
         let f = model.jacobian(&x, self.dt);
         // A coordinate of f is the sum of NX products and more, each of a coefficient and a state.
-        let rounding = 4.0 * NX as f64 * f64::EPSILON * (f.abs() * x.abs()).max();
-        let (estimate, bound) = derivative(|x| model.transition(x, self.dt), |a, b| a - b, &x, &steps, rounding);
+        let rounding = f.abs() * x.abs() * (4.0 * NX as f64 * f64::EPSILON);
+        let (estimate, bound) = derivative(|x| model.transition(x, self.dt), |a, b| a - b, &x, &steps, &rounding);
         within("F", &f, &estimate, &bound)
     }
 }

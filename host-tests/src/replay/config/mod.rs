@@ -11,17 +11,21 @@
 //! All numbers are in SI units and radians. Everything has a default; an unknown key, a value that makes no sense and
 //! a sensor that the recording does not have are mistakes, told in one line with file, line or field, and reason.
 
+mod mode;
+mod plan;
 mod sensor;
 mod tracker;
 
 use super::recording::Recording;
 use crate::{Failure, output};
+pub use mode::{ModeConfig, Model, Noise};
+pub use plan::{InitiationPlan, LifePlan, MOST_MODES, TrackerPlan};
 pub use sensor::SensorConfig;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
-pub use tracker::{GateConfig, InitiationConfig, InitiationRule, LifeConfig, ModeConfig, Model, Noise, StateKind, TrackerConfig};
+pub use tracker::{GateConfig, InitiationRule, StateKind, TrackerConfig};
 
 /// Most characters of a quoted line.
 const QUOTED: usize = 60;
@@ -52,13 +56,6 @@ impl Config {
         self.sensors.get(name).cloned().unwrap_or_default()
     }
 
-    /// The sensors of the recording whose scans the tracker takes in.
-    #[must_use]
-    pub fn used_sensors<'a>(&self, recording: &'a Recording) -> Vec<&'a str> {
-        let chosen = |name: &&str| self.tracker.sensors.as_ref().is_none_or(|list| list.iter().any(|chosen| chosen == name));
-        recording.sensors().into_iter().filter(chosen).collect()
-    }
-
     /// A failure comes with its line where the parser knows it.
     pub(super) fn parse(text: &str, recording: &Recording) -> Result<Self, (Option<u64>, Failure)> {
         let config: Self = toml::from_str(text)
@@ -85,7 +82,7 @@ impl Config {
             }
             sensor.check().map_err(|failure| failure.within(format!("sensors.{name}")))?;
         }
-        self.tracker.check(&known).map_err(|failure| failure.within("tracker"))
+        Ok(())
     }
 }
 
@@ -101,25 +98,23 @@ fn not_negative(field: impl Display, value: f64) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::recording::{Component, Frame, ScanRecord};
     use super::*;
+    use crate::replay::recording::Component;
+    use crate::replay::recording::tests::recording;
 
     fn parsed(text: &str) -> Result<Config, (Option<u64>, String)> {
-        let scan = ScanRecord { time_us: 0, sensor: "radar".into(), own: None, detections: vec![], truth: vec![] };
-        let recording = Recording { frame: Frame::XRight, scans: vec![scan] };
+        let recording = recording("t_us,sensor,x,y\n0,radar,1,2\n").map_err(|failure| (None, failure.to_string()))?;
         Config::parse(text, &recording).map_err(|(line, failure)| (line, failure.to_string()))
     }
 
     #[test]
     fn what_is_not_said_has_a_default() {
-        let config = parsed("[sensors.radar]\nsigma = { azimuth = 0.002 }\np_detect = 0.95\n[tracker.life]\nmisses = 9\n");
-        let radar = config.as_ref().map(|config| config.sensor("radar"));
+        let config = parsed("[sensors.radar]\nsigma = { azimuth = 0.002 }\np_detect = 0.95\n");
+        let radar = config.map(|config| config.sensor("radar"));
         assert!(radar.is_ok_and(|radar| radar.p_detect == 0.95
             && radar.min_range == 0.0
-            && radar.sigma().get(Component::Azimuth) == Some(0.002)
-            && radar.sigma().get(Component::Range) == Some(7.0)));
-        let usual = LifeConfig::default();
-        assert_eq!(config.map(|config| config.tracker.life), Ok(LifeConfig { misses: 9, ..usual }));
+            && radar.sigma("radar").get(Component::Azimuth) == Some(0.002)
+            && radar.sigma("radar").get(Component::Range) == Some(6.0)));
         assert_eq!(parsed(""), Ok(Config::default()));
     }
 

@@ -3,7 +3,7 @@
 //! ```toml
 //! [sensors.radar]
 //! position = [0.0, 0.0, 0.0]   # m, where the recording has no own position
-//! sigma = { x = 7.0, y = 7.0 } # standard deviations by component: m, rad, m/s; a plot's own take precedence
+//! sigma = { x = 6.0, y = 6.0 } # standard deviations by component: m, rad, m/s; a plot's own take precedence
 //! p_detect = 0.9               # P_D: probability that a target is detected in a scan, above 0 and at most 1
 //! clutter_density = 4e-6       # λ: false detections per scan and unit volume of the measurement space, above 0
 //! min_range = 0.0              # m: nearer than this it sees nothing
@@ -11,10 +11,10 @@
 //! initiates = true             # whether its detections start tracks
 //! ```
 //!
-//! Defaults: as above, with 10 mrad for angles and 1 m/s for range rates; without `clutter_density` 4 false
-//! detections per km² for a sensor that reports x and y, and for any other a density estimated in each gate; without
-//! `max_range` the range of the farthest detection recorded of that sensor. Outside its ranges P_D is zero, and a
-//! track there is not counted as missed.
+//! Defaults: as above, with 10 mrad for angles, 1 m/s for range rates, and 2 m instead of 6 m for a sensor named
+//! `lidar`; without `clutter_density` 4 false detections per km² for a sensor that reports x and y, and for any other a
+//! density estimated in each gate; without `max_range` the range of the farthest detection recorded of that sensor.
+//! Outside its ranges P_D is zero, and a track there is not counted as missed.
 
 use super::super::recording::{Component, Components};
 use super::{not_negative, positive};
@@ -59,13 +59,14 @@ impl Default for SensorConfig {
 }
 
 impl SensorConfig {
-    /// Standard deviation of every component; those not described have 7 m, 10 mrad, 1 m/s.
+    /// Standard deviation of every component of the sensor `name`; those not described have the usual ones.
     #[must_use]
-    pub fn sigma(&self) -> Components {
+    pub fn sigma(&self, name: &str) -> Components {
+        let metres = if name == "lidar" { 2.0 } else { 6.0 };
         let mut sigma = Components::default();
         for component in Component::ALL {
             let usual = match component {
-                Component::X | Component::Y | Component::Z | Component::Range => 7.0,
+                Component::X | Component::Y | Component::Z | Component::Range => metres,
                 Component::Azimuth | Component::Elevation => 0.01,
                 Component::RangeRate => 1.0,
             };

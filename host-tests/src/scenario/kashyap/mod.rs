@@ -256,7 +256,8 @@ fn claims(results: &[FilterResult], notes: &mut String) {
         let _ = writeln!(notes, "paper: case 2 errs more than case 1, both good; here its form loses {two} and {one} tracks");
     }
     if let (Some(imm), Some(pdaf)) = (of("IMM-PDAF proper case 1", "rms_quiet"), of("PDAF CA", "rms_quiet")) {
-        let _ = writeln!(notes, "paper: less error in quiet flight than a filter with high process noise; here {imm:.2} against {pdaf:.2} m");
+        let _ =
+            writeln!(notes, "paper: less error in quiet flight than a filter with high process noise; here {imm:.2} against {pdaf:.2} m");
     }
 }
 
