@@ -144,8 +144,11 @@ impl Counts {
 pub(super) mod tests {
     use super::*;
 
-    /// A history of planar tracks: per scan (number, time in s) its tracks as (id, status, x, y).
-    pub fn history(moments: &[(usize, u64, &[(u32, Status, f64, f64)])], min_travel: f64) -> History {
+    /// A scan (number, time in s) with its tracks as (id, status, x, y).
+    pub type Listed<'a> = (usize, u64, &'a [(u32, Status, f64, f64)]);
+
+    /// A history of planar tracks.
+    pub fn history(moments: &[Listed<'_>], min_travel: f64) -> History {
         let track = |&(id, status, x, y): &(u32, Status, f64, f64)| Tracked {
             id,
             status,
@@ -154,11 +157,8 @@ pub(super) mod tests {
             std: vec![0.5; 4],
             modes: vec![0.25, 0.75],
         };
-        let moment = |&(scan, time_s, tracks): &(usize, u64, &[(u32, Status, f64, f64)])| Moment {
-            scan,
-            time_us: time_s * 1_000_000,
-            tracks: tracks.iter().map(track).collect(),
-        };
+        let moment =
+            |&(scan, time_s, tracks): &Listed<'_>| Moment { scan, time_us: time_s * 1_000_000, tracks: tracks.iter().map(track).collect() };
         let moments = moments.iter().map(moment).collect();
         let mut history = History { state: StateKind::Velocity2d, moments, counts: Counts::default() };
         history.tell_moving(min_travel);

@@ -90,7 +90,7 @@ fn quoted(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::history::tests::history;
+    use super::super::history::tests::{Listed, history};
     use super::super::recording::tests::recording;
     use super::*;
     use boresight::track::Status::{Coasting, Confirmed, Tentative};
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn both_files_hold_every_track_after_every_scan() -> Result<(), Box<dyn std::error::Error>> {
         let recording = recording("t_us,sensor,x,y\n0,\"r,1\",1,2\n1000000,s,1,2\n")?;
-        let moments: [(usize, u64, &[(u32, Status, f64, f64)]); 2] =
+        let moments: [Listed<'_>; 2] =
             [(0, 0, &[(1, Tentative, 1.0, 2.0)]), (1, 1, &[(1, Confirmed, 1.5, 30.0), (4, Coasting, -7.0, 8.0)])];
         let history = history(&moments, 20.0);
         let expected = "t_us,sensor,id,status,moving,x,vx,y,vy,std_x,std_vx,std_y,std_vy,p_1,p_2\n\

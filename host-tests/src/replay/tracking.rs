@@ -139,7 +139,9 @@ fn take_in<T: Real, M: MotionModel<T, NX>, const NX: usize, const AXES: usize, c
         return step(tracker, state, instrument, &look, scan);
     }
     match instrument.components.len() {
+        1 => step(tracker, state, instrument, &instrument.radar::<T, 1, AXES, STRIDE>(origin)?, scan),
         2 => step(tracker, state, instrument, &instrument.radar::<T, 2, AXES, STRIDE>(origin)?, scan),
+        3 => step(tracker, state, instrument, &instrument.radar::<T, 3, AXES, STRIDE>(origin)?, scan),
         _ => step(tracker, state, instrument, &instrument.radar::<T, 4, AXES, STRIDE>(origin)?, scan),
     }
 }

@@ -16,7 +16,10 @@ const TRACKS: usize = 4;
 const DETS: usize = 8;
 
 /// A tracker with tracks, seeds and a history, at three seconds.
-fn started<T: Real>() -> Result<(Tracker<T, TRACKS, DETS>, Positions<T>, TrackerState<T, TRACKS, DETS>), TestCaseError> {
+/// A tracker, its sensor and its state.
+type Started<T> = (Tracker<T, TRACKS, DETS>, Positions<T>, TrackerState<T, TRACKS, DETS>);
+
+fn started<T: Real>() -> Result<Started<T>, TestCaseError> {
     let tracker = tracker(Logic::new(2, 3, 3)?, two_points())?;
     let (sensor, mut state) = (positions(0.9)?, TrackerState::new());
     for k in 0..4u32 {
@@ -46,7 +49,7 @@ const LATER: Instant = Instant::from_millis(4000);
 fn numbers_that_are_none<T: Real>(place: usize) -> TestCaseResult {
     let good = Detection::new([T::ONE, T::ONE]);
     let noise = |a: T, b: T, c: T| Symmetric::from_fn(|i, j| [[a, b], [T::ZERO, c]][i][j]);
-    for broken in [T::ZERO / T::ZERO, T::ONE / T::ZERO, -T::ONE / T::ZERO] {
+    for broken in [T::lit(f64::NAN), T::lit(f64::INFINITY), T::lit(f64::NEG_INFINITY)] {
         let not_finite = [
             Detection::new([broken, T::ONE]),
             Detection::new([T::ONE, broken]),

@@ -119,7 +119,7 @@ impl ModeConfig {
         }
         match self.turn_rate {
             Some(_) if self.model != Turn => return Err(Failure::at_field("turn_rate", "not a parameter of this model")),
-            Some(rate) if !(rate.abs() <= PI) => {
+            Some(rate) if rate.is_nan() || rate.abs() > PI => {
                 return Err(Failure::at_field(
                     "turn_rate",
                     format!("{rate} is beyond half a turn a second; radians per second are wanted"),
