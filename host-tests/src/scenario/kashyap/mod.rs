@@ -14,7 +14,7 @@ mod filters;
 mod pictures;
 
 use super::{FilterResult, Metrics, Order, Outcome, Scenario};
-use crate::statistics::{mean, median, quantile, wilson};
+use crate::statistics::{mean, quantile, wilson};
 use crate::{Failure, Precision, monte_carlo};
 use data::{Data, Phase, SCANS, TARGETS, phase};
 use filters::{Point, Tracks};
@@ -85,6 +85,9 @@ struct Run {
 struct Difference {
     largest: f64,
     lost: [bool; 2],
+    /// Whether the estimate was ever farther from the truth than ten standard deviations of a measurement: it followed
+    /// clutter then, and which point it took may hang on the last bit.
+    strayed: bool,
 }
 
 fn run(order: &Order) -> Result<Outcome, Failure> {
@@ -133,7 +136,8 @@ fn one_run(order: &Order, index: u64) -> Result<Run, Failure> {
 fn difference(own: &Tracked, other: &Tracked, target: usize) -> Difference {
     let apart = |(a, b): (&Point, &Point)| (a.position[0] - b.position[0]).hypot(a.position[1] - b.position[1]);
     let largest = own.tracks[target].iter().zip(&other.tracks[target]).map(apart).fold(0.0, f64::max);
-    Difference { largest, lost: [own.lost(target), other.lost(target)] }
+    let strayed = own.errors[target].iter().chain(&other.errors[target]).any(|e| e.is_nan() || *e > 10.0 * data::SIGMA);
+    Difference { largest, lost: [own.lost(target), other.lost(target)], strayed }
 }
 
 /// The statistics of one filter over all runs.
@@ -265,17 +269,14 @@ fn claims(results: &[FilterResult], notes: &mut String) {
 fn compare(name: &str, number: usize, runs: &[Run], notes: &mut String) {
     let differences: Vec<Difference> =
         runs.iter().flat_map(|run| run.differences.iter().filter(|(n, _)| *n == number).flat_map(|(_, d)| *d)).collect();
-    let largest = || differences.iter().map(|d| d.largest);
     let lost = |which: usize| differences.iter().filter(|d| d.lost[which]).count();
-    if let (Some(middle), Some(high), Some(top)) = (median(largest()), quantile(largest(), 0.99), quantile(largest(), 1.0)) {
-        let _ = writeln!(
-            notes,
-            "    f32 against f64: lost {} and {}; largest distance of a track: median {:.4} m, 99 % {:.4} m, maximum {:.4} m ({name})",
-            lost(0),
-            lost(1),
-            middle,
-            high,
-            top
-        );
+    let summary = |strayed: bool| {
+        let largest: Vec<f64> = differences.iter().filter(|d| d.strayed == strayed).map(|d| d.largest).collect();
+        let at = |fraction| quantile(largest.iter().copied(), fraction).map_or("-".into(), |d| format!("{d:.4}"));
+        format!("{} tracks, median {} m, 99 % {} m, maximum {} m", largest.len(), at(0.5), at(0.99), at(1.0))
+    };
+    if !differences.is_empty() {
+        let _ = writeln!(notes, "    f32 against f64 ({name}): lost {} and {}; largest distance of a track:", lost(0), lost(1));
+        let _ = writeln!(notes, "        {}; of those that strayed beyond 50 m from the truth: {}", summary(false), summary(true));
     }
 }
