@@ -177,10 +177,15 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         best.0
     }
 
-    /// Whether all densities are finite with non-negative variances and the probabilities are finite.
+    /// Whether all densities are sound: finite, variances not negative, and nothing so large (1e15 in a mean, 1e30 in a
+    /// variance) that combining the modes could overflow single precision.
     #[must_use]
     pub fn is_valid(&self) -> bool {
+        let limit = T::lit(1e15);
         self.prob.iter().all(|p| p.is_finite())
-            && self.modes.iter().all(|g| g.cov.has_valid_variances() && g.mean.iter().all(|v| v.is_finite()))
+            && self.modes.iter().all(|g| {
+                let bounded = g.cov.upper().iter().enumerate().all(|(i, row)| row[i] <= limit * limit);
+                bounded && g.cov.has_valid_variances() && g.mean.iter().all(|v| v.abs() <= limit)
+            })
     }
 }
