@@ -66,8 +66,8 @@ fn inputs(cases: &Path) -> Result<String, Failure> {
         "//! Written by `cargo run --release -p host-tests -- twin`: scans, reference cases and the bits of their results.\n\n\
          use crate::kernels::{Nonlinear, Switching};\n\n",
     );
-    let _ = writeln!(text, "/// Time between scans [ms]\npub const PERIOD_MILLIS: u64 = 1000;\n");
-    let _ = writeln!(text, "/// Plots (range [m], azimuth [rad]) of every scan\npub static SCANS: [&[[f32; 2]]; {SCANS}] = [");
+    let _ = writeln!(text, "/// Time between scans in milliseconds\npub const PERIOD_MILLIS: u64 = 1000;\n");
+    let _ = writeln!(text, "/// Plots of every scan: range in metres, azimuth in radians\npub static SCANS: [&[[f32; 2]]; {SCANS}] = [");
     for scan in simulate() {
         let _ = writeln!(text, "    &{scan:?},");
     }
