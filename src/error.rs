@@ -22,6 +22,10 @@ pub enum ConfigError {
     NotDefinite,
     /// M-of-N logic with M = 0, M > N or N > 32.
     BadWindow,
+    /// Thresholds of existence out of order: 0 < delete < birth < 1 and delete < confirm < 1 − 1e-6 are needed.
+    BadThresholds,
+    /// An unambiguous speed for a radar that does not measure range-rate.
+    NoRangeRate,
 }
 
 /// A scan that is refused; the state of the tracker is untouched.
@@ -35,6 +39,8 @@ pub enum ScanError {
     DetectionNotFinite,
     /// The noise covariance that a detection brings is not positive definite.
     NoiseNotDefinite,
+    /// A detection is more than a minute from the time of its scan.
+    OffsetTooLarge,
     /// The place, mounting or noise of the sensor is NaN or infinite.
     SensorNotFinite,
     /// The gate was made for measurements of another dimension.
@@ -50,6 +56,8 @@ impl fmt::Display for ConfigError {
             ConfigError::NotNormalised => "probabilities do not sum to one",
             ConfigError::NotDefinite => "a covariance is not positive definite",
             ConfigError::BadWindow => "M-of-N logic needs 1 <= M <= N <= 32",
+            ConfigError::BadThresholds => "existence needs 0 < delete < birth < 1 and delete < confirm < 1",
+            ConfigError::NoRangeRate => "the radar does not measure range-rate",
         })
     }
 }
@@ -60,6 +68,7 @@ impl fmt::Display for ScanError {
             ScanError::TimeReversed => "the scan is older than the last one",
             ScanError::DetectionNotFinite => "a detection is not finite",
             ScanError::NoiseNotDefinite => "the noise of a detection is not positive definite",
+            ScanError::OffsetTooLarge => "a detection is more than a minute from its scan",
             ScanError::SensorNotFinite => "the place, mounting or noise of the sensor is not finite",
             ScanError::GateDimension => "the gate was made for measurements of another dimension",
         })

@@ -12,21 +12,32 @@
 //! The association is blind to modes and the modes stay exact all the same: for one track this is PDA inside every
 //! mode with the mixture likelihood e_r, as corrected in the equations 10–16 of Kashyap et al. (2006).
 //!
+//! A detection with a time of its own (an offset from its scan) is predicted at that time, with its own ẑ, G and S
+//! ([`Detection::with_offset`]). The G differ then, and mode r is corrected by one detection after the other, none first:
+//!
+//! ```text
+//! P ← P − p_j G_j S_j⁻¹ G_j',   d = G_j S_j⁻¹ ν_j − m,   m ← m + p_j/(q + p_j) d,   P ← P + q p_j/(q + p_j) d d',   q ← q + p_j
+//! ```
+//!
+//! from q = β_0 / e_r and m = 0, which ends in x + m: the same mixture, by terms that do not cancel.
+//!
 //! Likelihoods are kept relative to e^reference, the largest of the scan, so that an outlier under every mode does
 //! not turn probabilities into 0/0. Where a miss is possible the reference stays above −60: likelihoods far below are
 //! then zero beside the miss, and the miss is at most e⁶⁰, which single precision holds.
 
-use crate::gaussian::{Correction, Innovation, ResidualDensity};
+use crate::gaussian::{Correction, Gaussian, Innovation, ResidualDensity};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
+use crate::model::offset::Drift;
 use crate::scalar::{Real, exp, larger};
 use crate::scan::Detection;
 use crate::sensor::{Clutter, Sensor};
 use crate::symmetric::Symmetric;
+use crate::time::Duration;
 use nalgebra::SVector;
 
 /// Densities of clutter below this count as this.
-const LEAST_DENSITY: f64 = 1e-30;
+pub(crate) const LEAST_DENSITY: f64 = 1e-30;
 /// The least reference where a miss is possible.
 const LEAST_REFERENCE: f64 = -60.0;
 
@@ -90,9 +101,17 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         (self.miss, self.hit.get_mut(..count).unwrap_or_default())
     }
 
-    /// Gates the detections numbered `candidates` and scores them. Returns P_D of this track.
+    /// The gated detections by number, ascending as the candidates did, with their weights, to be replaced by β.
+    #[inline(always)]
+    pub fn scored(&mut self) -> impl Iterator<Item = (u16, &mut T)> {
+        self.gated.iter().copied().zip(&mut self.hit)
+    }
+
+    /// Gates the detections numbered `candidates` and scores them. Returns V, the volume of the gate; zero where no
+    /// mode can be measured.
     ///
-    /// Cost: one residual and form ν' S⁻¹ ν per candidate, MODES of them and exponentials per gated detection.
+    /// Cost: one residual and form ν' S⁻¹ ν per candidate, MODES of them and exponentials per gated detection; for those with
+    /// an offset a factorisation of S each as well, and once the drift of every mode.
     #[inline(always)]
     pub fn collect<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize>(
         &mut self,
@@ -104,41 +123,60 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
     ) -> T {
         self.gated.clear();
         let (model, gate) = (sensor.model(), sensor.gate());
-        let mut widest = Predicted::of(&innovations[0]);
-        for innovation in innovations.iter().skip(1) {
+        let (mut widest, mut widest_mode) = (Predicted::of(&innovations[0]), 0);
+        for (r, innovation) in innovations.iter().enumerate().skip(1) {
             let density = &innovation.density;
             if density.is_proper() && (density.ln_norm < widest.density.ln_norm || !widest.density.is_proper()) {
-                widest = Predicted::of(innovation);
+                (widest, widest_mode) = (Predicted::of(innovation), r);
             }
         }
+        let mut drifts = None;
         let p_detect = sensor.p_detect(&bank.modes[0].mean);
         if !widest.density.is_proper() {
             self.miss = T::ONE;
-            return p_detect;
+            return T::ZERO;
         }
         for &number in candidates {
             let Some(detection) = detections.get(usize::from(number)) else { continue };
-            if widest.density_of(detection).nis(&model.residual(&detection.z, &widest.z_hat)) <= gate.threshold() {
-                let slot = self.gated.len();
-                if self.gated.push(number).is_ok()
-                    && let Some(row) = self.likelihood.get_mut(slot)
-                {
-                    // ln L for now; `score` makes likelihoods of them.
-                    for (ln_l, innovation) in row.iter_mut().zip(innovations) {
-                        let nu = model.residual(&detection.z, &innovation.z_hat);
-                        *ln_l = Predicted::of(innovation).density_of(detection).ln_at(&nu);
+            if detection.offset != Duration::ZERO {
+                let drifts = drifts.get_or_insert_with(|| drifts_of(bank, innovations, model));
+                let seen = innovations.iter().zip(drifts.iter()).map(|(innovation, drift)| seen(drift, innovation, detection));
+                let nis = |s: &Innovation<T, NX, NZ>| s.density.nis(&model.residual(&detection.z, &s.z_hat));
+                let in_gate = seen.clone().nth(widest_mode).is_some_and(|s| s.density.is_proper() && nis(&s) <= gate.threshold());
+                if in_gate && let Some(row) = self.admit(number) {
+                    for (ln_l, s) in row.iter_mut().zip(seen) {
+                        *ln_l = s.density.ln_norm - T::lit(0.5) * nis(&s);
                     }
+                }
+                continue;
+            }
+            if widest.density_of(detection).nis(&model.residual(&detection.z, &widest.z_hat)) <= gate.threshold()
+                && let Some(row) = self.admit(number)
+            {
+                // ln L for now; `score` makes likelihoods of them.
+                for (ln_l, innovation) in row.iter_mut().zip(innovations) {
+                    let nu = model.residual(&detection.z, &innovation.z_hat);
+                    *ln_l = Predicted::of(innovation).density_of(detection).ln_at(&nu);
                 }
             }
         }
-        let diffuse = T::from_count(self.gated.len()) / gate.volume(widest.density.root_det());
+        let volume = gate.volume(widest.density.root_det());
+        let diffuse = T::from_count(self.gated.len()) / volume;
         self.score(&bank.prob, p_detect, T::ONE - p_detect * gate.p_gate(), |number| {
             match detections.get(usize::from(number)).map(|d| sensor.clutter(&d.z)) {
                 Some(Clutter::Poisson(density)) => density,
                 Some(Clutter::Diffuse) | None => diffuse,
             }
         });
-        p_detect
+        volume
+    }
+
+    /// The row of likelihoods of one more gated detection.
+    #[inline(always)]
+    fn admit(&mut self, number: u16) -> Option<&mut [T; MODES]> {
+        let slot = self.gated.len();
+        self.gated.push(number).ok()?;
+        self.likelihood.get_mut(slot)
     }
 
     /// From ln L to weights on one scale: `p_miss` = 1 − P_D P_G, `density` the clutter at a detection.
@@ -171,7 +209,8 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
     /// Updates `bank` by the association probabilities: `beta_0`, and those that replaced the weights of the gated
     /// detections. Returns how many corrections were taken back because they would have broken a covariance.
     ///
-    /// Cost per mode: about 12 NZ² + 2 operations a gated detection, and one [`correct`](crate::gaussian::Gaussian::correct).
+    /// Cost per mode: about 12 NZ² + 2 operations a gated detection, and one [`correct`](crate::gaussian::Gaussian::correct);
+    /// where a gated detection has an offset, the drift of the mode and two corrections a gated detection.
     #[inline(always)]
     pub fn absorb<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
         &mut self,
@@ -187,16 +226,24 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         for (beta, mixture) in self.hit.iter_mut().zip(&self.mixture).take(self.gated.len()) {
             *beta = if *mixture > T::lit(LEAST_PROBABILITY) { *beta / *mixture } else { T::ZERO };
         }
+        let has_offset = |number: &u16| detections.get(usize::from(*number)).is_some_and(|d| d.offset != Duration::ZERO);
+        let one_by_one = self.gated.iter().any(has_offset);
         let mut resets = 0;
         let mut sum = T::ZERO;
         let mut prob = bank.prob;
         for r in 0..MODES {
-            let (evidence, correction) = self.correction(r, beta_0, &innovations[r], model, detections);
+            let (mode, innovation) = (&mut bank.modes[r], &innovations[r]);
+            let (evidence, kept) = if one_by_one {
+                self.correct_one_by_one(r, beta_0, mode, innovation, model, detections)
+            } else {
+                let (evidence, correction) = self.correction(r, beta_0, innovation, model, detections);
+                // False for what is no number, too: there is nothing to correct by.
+                let likely = evidence > T::lit(LEAST_PROBABILITY);
+                (evidence, !likely || mode.correct(&innovation.cross, &correction))
+            };
             prob[r] *= evidence;
             sum += prob[r];
-            if evidence > T::lit(LEAST_PROBABILITY) && !bank.modes[r].correct(&innovations[r].cross, &correction) {
-                resets += 1;
-            }
+            resets += u16::from(!kept);
         }
         let scale = T::ONE / sum;
         if sum > T::ZERO && scale.is_finite() {
@@ -252,6 +299,61 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         let e = Symmetric::from_fn(|k, l| (e.upper()[k][l] + shared * s_inv[k][l]) * scale + w[k] * w[l]);
         (evidence, Correction { w, e })
     }
+
+    /// e_r, and whether mode r took the association update by detections with times of their own.
+    fn correct_one_by_one<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
+        &self,
+        r: usize,
+        beta_0: T,
+        mode: &mut Gaussian<T, NX>,
+        innovation: &Innovation<T, NX, NZ>,
+        model: &M,
+        detections: &[Detection<T, NZ>],
+    ) -> (T, bool) {
+        let weighed = self.gated.iter().zip(&self.likelihood).zip(&self.hit).map(|((number, likelihood), q)| (number, *q * likelihood[r]));
+        let evidence = weighed.clone().fold(beta_0, |sum, (_, p)| sum + p);
+        if !evidence.is_finite() || evidence <= T::lit(LEAST_PROBABILITY) {
+            return (evidence, true);
+        }
+        let drift = Drift::new(model, mode, innovation);
+        let mut corrected = *mode;
+        let (mut q, mut m) = (beta_0 / evidence, SVector::<T, NX>::zeros());
+        for (number, p) in weighed {
+            let p = p / evidence;
+            let Some(detection) = detections.get(usize::from(*number)).filter(|_| p > T::ZERO) else { continue };
+            let seen = seen(&drift, innovation, detection);
+            let s_inv = &seen.density.s_inv;
+            let d = seen.cross * SVector::from(s_inv.times(&model.residual(&detection.z, &seen.z_hat).data.0[0])) - m;
+            let share = p / (q + p);
+            let known = Correction { w: [T::ZERO; NZ], e: Symmetric::from_fn(|k, l| p * s_inv.upper()[k][l]) };
+            let apart = Correction { w: [share], e: Symmetric::from_diagonal([-q * share]) };
+            if !(corrected.correct(&seen.cross, &known) && corrected.correct(&d, &apart)) {
+                return (evidence, false);
+            }
+            (q, m) = (q + p, m + d * share);
+        }
+        *mode = corrected;
+        (evidence, true)
+    }
+}
+
+/// The drift of every mode.
+fn drifts_of<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    bank: &ModeBank<T, NX, MODES>,
+    innovations: &Innovations<T, NX, NZ, MODES>,
+    model: &M,
+) -> [Drift<T, NX, NZ>; MODES] {
+    core::array::from_fn(|r| Drift::new(model, &bank.modes[r], &innovations[r]))
+}
+
+/// The predicted measurement at the time of `detection`, with its own noise or the sensor's.
+#[inline(always)]
+fn seen<T: Real, const NX: usize, const NZ: usize>(
+    drift: &Drift<T, NX, NZ>,
+    innovation: &Innovation<T, NX, NZ>,
+    detection: &Detection<T, NZ>,
+) -> Innovation<T, NX, NZ> {
+    drift.seen(innovation, detection.offset.as_secs(), detection.noise.as_ref())
 }
 
 /// What gating needs of an innovation: copied, unlike the wide G = P H'.
@@ -300,6 +402,6 @@ pub fn update_by_one<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, c
     }
     evidence.score(&bank.prob, T::ONE, T::ZERO, |_| T::ONE);
     evidence.hit[0] = T::ONE;
-    let detection = Detection { z: *z, noise: None, amplitude: None };
+    let detection = Detection { z: *z, noise: None, amplitude: None, offset: Duration::ZERO };
     evidence.absorb(T::ZERO, bank, &innovations, model, &[detection])
 }

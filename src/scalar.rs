@@ -144,9 +144,15 @@ pub fn erf<T: Real>(x: T) -> T {
 /// `angle` less the whole turns, in (−π, π] \[rad\].
 #[inline]
 pub fn wrap<T: Real>(angle: T) -> T {
-    let turn = T::PI + T::PI;
-    let wrapped = angle - sealed::Math::round(angle / turn) * turn;
-    if wrapped <= -T::PI { T::PI } else { wrapped }
+    fold(angle, T::PI)
+}
+
+/// `x` less the whole intervals of 2 `half`, in (−`half`, `half`]. `half` must be positive.
+#[inline(always)]
+pub fn fold<T: Real>(x: T, half: T) -> T {
+    let interval = half + half;
+    let folded = x - sealed::Math::round(x / interval) * interval;
+    if folded <= -half { half } else { folded }
 }
 
 /// Whether `x` is finite, by one multiplication and one comparison: zero times anything else is NaN.

@@ -1,12 +1,16 @@
 //! Everything that goes into a tracker and comes out of it.
 
+use crate::association::Completeness;
 use crate::error::ScanError;
 use crate::gaussian::{Gaussian, zero_vector};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 use crate::track::{Change, Status, TrackId};
 use nalgebra::SVector;
+
+/// The largest offset of a detection from its scan, either way.
+const MOST_OFFSET: u64 = 60_000_000;
 
 /// One plot: a measurement of `NZ` coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,15 +21,17 @@ pub struct Detection<T, const NZ: usize> {
     pub noise: Option<Symmetric<T, NZ>>,
     /// Strength, in any unit in which more is better: decides what is kept when a scan is too large
     pub amplitude: Option<T>,
+    /// How long after the time of its scan it was made, at most a minute either way; negative is before
+    pub offset: Duration,
 }
 
 impl<T: Real, const NZ: usize> Detection<T, NZ> {
-    /// A measurement with its sensor's noise and no amplitude.
+    /// A measurement at the time of its scan, with its sensor's noise and no amplitude.
     #[must_use]
     pub const fn new(z: [T; NZ]) -> Self {
         let mut v = zero_vector();
         v.data.0[0] = z;
-        Self { z: v, noise: None, amplitude: None }
+        Self { z: v, noise: None, amplitude: None, offset: Duration::ZERO }
     }
 
     /// The same with its own noise covariance.
@@ -40,9 +46,22 @@ impl<T: Real, const NZ: usize> Detection<T, NZ> {
         Self { amplitude: Some(amplitude), ..self }
     }
 
+    /// The same, made `offset` after the time of its scan: what a rotating radar saw in one of its sectors. The tracks stay
+    /// at the time of the scan.
+    ///
+    /// Needs a sensor that tells where velocities stand ([`Layout`](crate::model::Layout)); with others it counts for
+    /// nothing.
+    #[must_use]
+    pub const fn with_offset(self, offset: Duration) -> Self {
+        Self { offset, ..self }
+    }
+
     fn check(&self) -> Result<(), ScanError> {
         if !(self.z.iter().all(|v| v.is_finite()) && self.amplitude.is_none_or(|a| a.is_finite())) {
             return Err(ScanError::DetectionNotFinite);
+        }
+        if self.offset.as_micros().unsigned_abs() > MOST_OFFSET {
+            return Err(ScanError::OffsetTooLarge);
         }
         match &self.noise {
             Some(noise) if !noise.is_finite() => Err(ScanError::DetectionNotFinite),
@@ -71,7 +90,8 @@ impl<'a, T: Real, const NZ: usize> Scan<'a, T, NZ> {
     /// Refuses what no tracker may take in.
     ///
     /// # Errors
-    /// Time before `last`; coordinates, amplitudes or noise that are not finite; noise that is not definite.
+    /// Time before `last`; coordinates, amplitudes or noise that are not finite; noise that is not definite; detections more
+    /// than a minute from the time of the scan.
     pub fn check(&self, last: Option<Instant>) -> Result<(), ScanError> {
         if last.is_some_and(|last| self.time < last) {
             return Err(ScanError::TimeReversed);
@@ -83,6 +103,7 @@ impl<'a, T: Real, const NZ: usize> Scan<'a, T, NZ> {
 /// The detections of a scan that a tracker with room for `DETS` takes: all, or the strongest, or the first.
 #[derive(Clone, Debug)]
 pub(crate) struct Selection<const DETS: usize> {
+    /// Their numbers in the scan, ascending
     pub indices: heapless::Vec<u16, DETS>,
     pub dropped: u16,
 }
@@ -114,6 +135,14 @@ impl<const DETS: usize> Selection<DETS> {
         let dropped = detections.len() - indices.len();
         Self { indices, dropped: u16::try_from(dropped).unwrap_or(u16::MAX) }
     }
+
+    /// Finds the entries of `row`, one for each kept detection, by the number of the detection. Numbers must ascend from
+    /// call to call, so that all calls together walk the row once.
+    #[inline(always)]
+    pub fn walk<'a, E>(&'a self, row: &'a mut [E]) -> impl FnMut(u16) -> Option<&'a mut E> {
+        let mut entries = self.indices.iter().zip(row);
+        move |number| entries.find(|(index, _)| **index == number).map(|(_, entry)| entry)
+    }
 }
 
 /// What is known of one target.
@@ -123,13 +152,15 @@ pub struct Estimate<T, const NX: usize> {
     pub id: TrackId,
     /// How far it is trusted
     pub status: Status,
+    /// The probability that the target exists; 1 unless the logic integrates it
+    pub existence: T,
     /// The combined density over all modes
     pub state: Gaussian<T, NX>,
 }
 
 /// What a step did, and what it gave up for want of room. Nothing is lost that is not counted here.
 #[non_exhaustive]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report {
     /// Detections taken in
@@ -154,6 +185,14 @@ pub struct Report {
     pub duplicates_deleted: u16,
     /// Corrections taken back because they would have broken a covariance
     pub numeric_resets: u16,
+    /// Clusters whose lightest joint events were given up
+    pub clusters_bounded: u16,
+    /// Clusters for which joint probabilities could only be approximated
+    pub clusters_approximated: u16,
+    /// Clusters without any possible joint event: their tracks count as not detected
+    pub clusters_infeasible: u16,
+    /// Every association probability of a bounded cluster is within this of the exact one
+    pub association_error_bound: f32,
 }
 
 impl Report {
@@ -166,6 +205,13 @@ impl Report {
         *counter = counter.saturating_add(1);
     }
 
+    pub(crate) fn add(&mut self, completeness: Completeness) {
+        self.clusters_bounded = completeness.bounded;
+        self.clusters_approximated = completeness.approximated;
+        self.clusters_infeasible = completeness.infeasible;
+        self.association_error_bound = completeness.error_bound;
+    }
+
     /// Whether nothing was given up for want of room or precision.
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -174,5 +220,8 @@ impl Report {
             && self.births_refused == 0
             && self.tracks_evicted == 0
             && self.numeric_resets == 0
+            && self.clusters_bounded == 0
+            && self.clusters_approximated == 0
+            && self.clusters_infeasible == 0
     }
 }

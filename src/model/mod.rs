@@ -8,6 +8,7 @@ pub mod block;
 pub mod converted;
 pub mod linear;
 pub mod motion;
+pub(crate) mod offset;
 pub mod position;
 pub mod radar;
 pub mod turn;
@@ -16,9 +17,11 @@ pub mod unscented;
 use crate::gaussian::{Gaussian, Innovation};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
+use crate::time::Duration;
 use nalgebra::{SMatrix, SVector};
 
-/// Where positions and velocities stand in a state: axis a has its position at `a * stride`, its velocity behind it.
+/// Where positions and velocities stand in a state: axis a has its position at `a * stride`, its velocity behind it and,
+/// where a stride has room, its acceleration behind that.
 ///
 /// (x, vx, y, vy) is 2 axes with stride 2; (x, vx, ax, y, vy, ay) is 2 axes with stride 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +47,14 @@ impl Layout {
     #[must_use]
     pub const fn fits(self, nx: usize) -> bool {
         self.axes == 0 || (self.axes <= 3 && self.stride >= 2 && self.axes * self.stride <= nx)
+    }
+
+    /// The entry of which entry `j` is the rate: a velocity's position, an acceleration's velocity.
+    pub(crate) const fn integral(self, j: usize) -> Option<usize> {
+        match j.checked_rem(self.stride) {
+            Some(1 | 2) if j < self.axes * self.stride => Some(j - 1),
+            _ => None,
+        }
     }
 }
 
@@ -95,11 +106,21 @@ pub trait MeasurementModel<T: Real, const NX: usize, const NZ: usize> {
     /// R for a target at `x`; a detection may bring its own instead
     fn noise(&self, x: &SVector<T, NX>) -> Symmetric<T, NZ>;
 
-    /// ν = z − ẑ, angles wrapped into (−π, π].
+    /// ν = z − ẑ, angles wrapped into (−π, π], and what is measured modulo an interval folded by it.
     #[inline(always)]
     fn residual(&self, z: &SVector<T, NZ>, z_hat: &SVector<T, NZ>) -> SVector<T, NZ> {
         z - z_hat
     }
+
+    /// The difference of two predicted measurements: angles are wrapped, but nothing is folded, for predictions are whole.
+    #[inline(always)]
+    fn difference(&self, a: &SVector<T, NZ>, b: &SVector<T, NZ>) -> SVector<T, NZ> {
+        self.residual(a, b)
+    }
+
+    /// Makes uninformative what the prediction, G = P H' (`cross`) and H P H' (`spread`), is too uncertain to unfold.
+    #[inline(always)]
+    fn drop_ambiguous(&self, _cross: &mut SMatrix<T, NX, NZ>, _spread: &mut Symmetric<T, NZ>, _noise: &Symmetric<T, NZ>) {}
 
     /// The predicted measurement of `g`. Dense here: about NX² NZ multiply-adds.
     #[inline(always)]
@@ -112,6 +133,12 @@ pub trait MeasurementModel<T: Real, const NX: usize, const NZ: usize> {
     #[inline]
     fn locate(&self, _z: &SVector<T, NZ>, _noise: &Symmetric<T, NZ>) -> Option<Fix<T>> {
         None
+    }
+
+    /// The sensor's own velocity over the ground \[m/s\]: where it was when it made a detection before or after its scan.
+    #[inline]
+    fn velocity(&self) -> [T; 3] {
+        [T::ZERO; 3]
     }
 
     /// Whether everything the model is made of is finite. A tracker refuses the scan of a sensor that is not.
@@ -134,9 +161,11 @@ where
     M: MeasurementModel<T, NX, NZ> + ?Sized,
 {
     let h = model.jacobian(&g.mean);
-    let cross = g.cov.to_matrix() * h.transpose();
-    let spread = Symmetric::from_matrix(&(h * cross));
-    Innovation::new(model.observe(&g.mean), cross, spread, &model.noise(&g.mean))
+    let mut cross = g.cov.to_matrix() * h.transpose();
+    let mut spread = Symmetric::from_matrix(&(h * cross));
+    let noise = model.noise(&g.mean);
+    model.drop_ambiguous(&mut cross, &mut spread, &noise);
+    Innovation::new(model.observe(&g.mean), cross, spread, &noise)
 }
 
 /// A position in space that one detection fixes, with the radial speed if it was measured.
@@ -148,6 +177,8 @@ pub struct Fix<T> {
     pub cov: Symmetric<T, 3>,
     /// The radial speed, where measured.
     pub radial: Option<RadialSpeed<T>>,
+    /// When, after the time of the scan.
+    pub offset: Duration,
 }
 
 /// The component of a target's velocity along the line of sight.
@@ -159,4 +190,6 @@ pub struct RadialSpeed<T> {
     pub speed: T,
     /// Variance \[m²/s²\].
     pub variance: T,
+    /// Where it is measured modulo 2 V only: V \[m/s\].
+    pub unambiguous: Option<T>,
 }

@@ -9,6 +9,7 @@ use crate::error::ConfigError;
 use crate::gaussian::{Gaussian, Innovation};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
+use crate::time::Duration;
 use nalgebra::{SMatrix, SVector};
 
 /// Position in `NZ` axes of states with `STRIDE` entries each.
@@ -66,6 +67,6 @@ impl<T: Real, const NX: usize, const NZ: usize, const STRIDE: usize> Measurement
             *p = *z + *o;
         }
         let cov = Symmetric::from_fn(|i, j| noise.get(i, j).unwrap_or(T::ZERO));
-        Some(Fix { position, cov, radial: None })
+        Some(Fix { position, cov, radial: None, offset: Duration::ZERO })
     }
 }

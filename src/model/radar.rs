@@ -12,14 +12,26 @@
 //! Azimuth is counter-clockwise from the sensor's x axis; residuals of angles are wrapped into (−π, π]. At the
 //! sensor itself, and on its vertical axis, the distances are held at a floor, so that nothing divides by zero.
 //!
+//! A pulse-Doppler radar measures ṙ modulo 2 V, where V is its unambiguous speed, λ / 4 over the time between pulses. The
+//! prediction unfolds it, as long as its fold is certain:
+//!
+//! ```text
+//! 3 √(S_ṙ) ≤ V    ν_ṙ = z − ẑ + 2 V n in (−V, V]
+//! else            uniform over the interval and independent of the state: ν_ṙ as before, G_ṙ = 0, (H P H')_ṙ = V² / 3
+//! ```
+//!
+//! The second line is the density of the folded measurement by its moments; it lets no wrong fold into a track. The density
+//! of clutter is that of folded range-rates.
+//!
 //! H has entries only at positions and, for range-rate, at velocities: G = P H' and H G visit those alone.
 
 use super::converted::Polar;
 use super::{Fix, Layout, MeasurementModel, RadialSpeed};
 use crate::error::ConfigError;
 use crate::gaussian::{Gaussian, Innovation};
-use crate::scalar::{Real, atan2, larger, sin_cos, sqrt, wrap};
+use crate::scalar::{Real, atan2, fold, larger, sin_cos, sqrt, wrap};
 use crate::symmetric::Symmetric;
+use crate::time::Duration;
 use nalgebra::{SMatrix, SVector};
 
 /// One coordinate that a radar measures.
@@ -90,6 +102,8 @@ pub struct Radar<T, const NZ: usize, const AXES: usize, const STRIDE: usize> {
     components: [Component; NZ],
     noise: Symmetric<T, NZ>,
     mount: Mount<T>,
+    /// V
+    unambiguous: Option<T>,
 }
 
 /// The sight of one target: all that h and H need, computed once.
@@ -112,13 +126,27 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
         if !noise.is_definite() {
             return Err(ConfigError::NotDefinite);
         }
-        Ok(Self { components, noise, mount: Mount::at([T::ZERO; 3]) })
+        Ok(Self { components, noise, mount: Mount::at([T::ZERO; 3]), unambiguous: None })
     }
 
     /// The same sensor on `mount`. For a moving sensor, once a scan.
     #[must_use]
     pub fn on(self, mount: Mount<T>) -> Self {
         Self { mount, ..self }
+    }
+
+    /// The same radar measuring range-rate modulo 2 `speed` \[m/s\], folded into (−`speed`, `speed`] or any other interval
+    /// of that length.
+    ///
+    /// # Errors
+    /// Where `speed` is not positive or not finite, or the radar does not measure range-rate.
+    pub fn with_unambiguous_speed(self, speed: T) -> Result<Self, ConfigError> {
+        match (self.components.contains(&Component::RangeRate), (speed + speed).is_finite(), speed > T::ZERO) {
+            (false, ..) => Err(ConfigError::NoRangeRate),
+            (_, false, _) => Err(ConfigError::NotFinite),
+            (.., false) => Err(ConfigError::NotPositive),
+            _ => Ok(Self { unambiguous: Some(speed), ..self }),
+        }
     }
 
     #[inline(always)]
@@ -186,6 +214,18 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
         (s2 > T::ZERO).then(|| atan2(b, a) - atan2(sqrt(s2), c))
     }
 
+    /// a − b with angles wrapped.
+    #[inline(always)]
+    fn wrapped(&self, a: &SVector<T, NZ>, b: &SVector<T, NZ>) -> SVector<T, NZ> {
+        SVector::from_fn(|k, _| {
+            let nu = a.data.0[0][k] - b.data.0[0][k];
+            match self.components[k] {
+                Component::Azimuth | Component::Elevation => wrap(nu),
+                Component::Range | Component::RangeRate => nu,
+            }
+        })
+    }
+
     /// The measured value of `component` in `z`, with its variance in `noise`.
     fn measured(&self, component: Component, z: &SVector<T, NZ>, noise: &Symmetric<T, NZ>) -> Option<(T, T)> {
         let k = self.components.iter().position(|c| *c == component)?;
@@ -221,13 +261,33 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
     }
     #[inline(always)]
     fn residual(&self, z: &SVector<T, NZ>, z_hat: &SVector<T, NZ>) -> SVector<T, NZ> {
-        SVector::from_fn(|k, _| {
-            let nu = z.data.0[0][k] - z_hat.data.0[0][k];
-            match self.components[k] {
-                Component::Azimuth | Component::Elevation => wrap(nu),
-                Component::Range | Component::RangeRate => nu,
+        let mut nu = self.wrapped(z, z_hat);
+        // One branch for all components: a fold beside the wrapping of angles would cost those who need none.
+        if let Some(v) = self.unambiguous {
+            for (nu, component) in nu.iter_mut().zip(&self.components) {
+                if *component == Component::RangeRate {
+                    *nu = fold(*nu, v);
+                }
             }
-        })
+        }
+        nu
+    }
+    #[inline(always)]
+    fn difference(&self, a: &SVector<T, NZ>, b: &SVector<T, NZ>) -> SVector<T, NZ> {
+        self.wrapped(a, b)
+    }
+    #[inline(always)]
+    fn drop_ambiguous(&self, cross: &mut SMatrix<T, NX, NZ>, spread: &mut Symmetric<T, NZ>, noise: &Symmetric<T, NZ>) {
+        let Some(v) = self.unambiguous else { return };
+        for k in 0..NZ {
+            let variance = spread.upper()[k][k] + noise.upper()[k][k];
+            if self.components[k] == Component::RangeRate && T::lit(9.0) * variance > v * v {
+                cross.data.0[k] = [T::ZERO; NX];
+                for l in 0..NZ {
+                    spread.upper_mut()[k.min(l)][k.max(l)] = if l == k { v * v * T::lit(1.0 / 3.0) } else { T::ZERO };
+                }
+            }
+        }
     }
     #[inline]
     fn innovation(&self, g: &Gaussian<T, NX>) -> Innovation<T, NX, NZ> {
@@ -250,7 +310,7 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
             }
             by_position[k] = row;
         }
-        let spread = Symmetric::from_fn(|k, l| {
+        let mut spread = Symmetric::from_fn(|k, l| {
             let column = &cross.data.0[l];
             let mut sum = by_position[k][0] * column[0];
             for a in 1..AXES {
@@ -264,7 +324,11 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
             sum
         });
         let z_hat = SVector::from_fn(|k, _| Self::value(self.components[k], &sight));
+        MeasurementModel::<T, NX, NZ>::drop_ambiguous(self, &mut cross, &mut spread, &self.noise);
         Innovation::new(z_hat, cross, spread, &self.noise)
+    }
+    fn velocity(&self) -> [T; 3] {
+        self.mount.velocity
     }
     fn is_finite(&self) -> bool {
         let Mount { position, velocity, rotation } = &self.mount;
@@ -298,8 +362,9 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
             for (d, v) in direction.iter().zip(&self.mount.velocity) {
                 speed += *d * *v;
             }
-            RadialSpeed { direction, speed, variance }
+            RadialSpeed { direction, speed, variance, unambiguous: self.unambiguous }
         });
-        Some(Fix { position: core::array::from_fn(|a| self.mount.position[a] + offset[a]), cov, radial })
+        let position = core::array::from_fn(|a| self.mount.position[a] + offset[a]);
+        Some(Fix { position, cov, radial, offset: Duration::ZERO })
     }
 }

@@ -8,7 +8,7 @@
 //! observe     ẑ = Z₀ + Σ W (Z_i − Z₀),  H P H' = Σ W (Z_i − ẑ)(·)',  G = Σ W (X_i − x)(Z_i − ẑ)'
 //! ```
 //!
-//! Differences of measurements are taken by the model's `residual`, so angles wrap. Two conventions exist: sigma
+//! Differences of measurements are taken by the model's `difference`, so angles wrap. Two conventions exist: sigma
 //! points drawn anew from the prediction, Q included (Särkkä; [`Unscented`] does this), or the propagated points used
 //! again, which do not know Q (Julier and Uhlmann; Wan and van der Merwe): keep the points that
 //! [`SigmaPoints::propagate`] returns and call [`SigmaPoints::observe`] on them.
@@ -111,14 +111,14 @@ impl<T: Real, const NX: usize> SigmaPoints<T, NX> {
         let weights = Weights::new(&self.scaling, NX);
         let mut shift = SVector::<T, NZ>::zeros();
         for x in self.plus.iter().chain(&self.minus) {
-            shift += model.residual(&model.observe(x), &z_centre) * weights.side;
+            shift += model.difference(&model.observe(x), &z_centre) * weights.side;
         }
-        // ẑ wrapped by asking for its residual against zero.
-        let z_hat = model.residual(&(z_centre + shift), &SVector::zeros());
+        // ẑ wrapped by asking for its difference from zero.
+        let z_hat = model.difference(&(z_centre + shift), &SVector::zeros());
         let mut spread = Symmetric::zeros();
         let mut cross = SMatrix::zeros();
         self.for_each(|x, weight| {
-            let dz = model.residual(&model.observe(x), &z_hat);
+            let dz = model.difference(&model.observe(x), &z_hat);
             let weighted = dz * weight;
             for k in 0..NZ {
                 for l in k..NZ {
@@ -127,7 +127,9 @@ impl<T: Real, const NX: usize> SigmaPoints<T, NX> {
             }
             cross += (x - mean) * weighted.transpose();
         });
-        Innovation::new(z_hat, cross, spread, &model.noise(mean))
+        let noise = model.noise(mean);
+        model.drop_ambiguous(&mut cross, &mut spread, &noise);
+        Innovation::new(z_hat, cross, spread, &noise)
     }
 
     /// Visits every point with its covariance weight.
@@ -199,6 +201,12 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
     fn residual(&self, z: &SVector<T, NZ>, z_hat: &SVector<T, NZ>) -> SVector<T, NZ> {
         self.model.residual(z, z_hat)
     }
+    fn difference(&self, a: &SVector<T, NZ>, b: &SVector<T, NZ>) -> SVector<T, NZ> {
+        self.model.difference(a, b)
+    }
+    fn drop_ambiguous(&self, cross: &mut SMatrix<T, NX, NZ>, spread: &mut Symmetric<T, NZ>, noise: &Symmetric<T, NZ>) {
+        self.model.drop_ambiguous(cross, spread, noise);
+    }
     fn innovation(&self, g: &Gaussian<T, NX>) -> Innovation<T, NX, NZ> {
         match SigmaPoints::draw(g, self.scaling) {
             Some(points) => points.observe(&self.model, &g.mean),
@@ -207,6 +215,9 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
     }
     fn is_finite(&self) -> bool {
         self.model.is_finite()
+    }
+    fn velocity(&self) -> [T; 3] {
+        self.model.velocity()
     }
     fn nominal_noise(&self) -> Symmetric<T, NZ> {
         self.model.nominal_noise()

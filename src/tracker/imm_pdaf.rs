@@ -8,7 +8,7 @@
 //! score      h_j = P_D Σ_r c_r L_jr / λ,  m = 1 − P_D P_G        (evidence)
 //! associate  β from m and h: PDA, or nearest neighbour          (association)
 //! absorb     modes and their probabilities by β                 (evidence)
-//! manage     hit or miss, confirm, delete, duplicates           (track)
+//! manage     existence, hit or miss, confirm, delete, duplicates (track)
 //! initiate   from detections that no track gated                (initiation)
 //! ```
 //!
@@ -21,108 +21,37 @@
 //!
 //! ```text
 //! n DETS comparisons of amplitude  (only where n > DETS)
-//! t (mixing, prediction, MODES innovations, m (1 + MODES) residual forms, MODES corrections, m² claims)
+//! t (mixing, prediction, MODES innovations, m (1 + MODES) residual forms, MODES corrections, m claims)
 //! t m (1 + 2 MODES) factorisations of S  (only for detections with a noise of their own)
 //! t² / 2 duplicate tests,  m DETS pairings, each of which may look through t slots
 //! ```
 //!
 //! Memory: [`State`] is all there is, and its size is a constant.
 
-use super::printed::{self, Outcome};
+use super::picture::{Look, Outcome, Picture, Setup, looks};
+use super::{State, Tracker, printed};
 use crate::association::{Pda, SingleAssociator};
 use crate::error::{ConfigError, ScanError};
-use crate::evidence::{Evidence, innovations};
+use crate::evidence::innovations;
 use crate::gaussian::Gaussian;
-use crate::initiation::{Initiation, Rule, Seed};
-use crate::mode::{JumpMatrix, ModeBank, ModeSet, check_distribution};
-use crate::model::{Fix, Layout, MeasurementModel};
+use crate::initiation::Initiation;
+use crate::mode::{JumpMatrix, ModeSet};
+use crate::model::Layout;
 use crate::scalar::Real;
-use crate::scan::{Detection, Estimate, Report, Scan, Selection};
-use crate::sensor::Sensor;
-use crate::time::{Duration, Instant};
-use crate::track::{Change, Identities, Logic, Status, Track, TrackId};
-
-/// A sensor that detects less often than this does not look at the track: no hit then is no miss.
-const LEAST_P_DETECT: f64 = 0.05;
+use crate::scan::{Detection, Report, Scan, Selection};
+use crate::sensor::{Clutter, Sensor};
+use crate::time::Instant;
+use crate::track::{Logic, Track, TrackId};
 
 /// The configuration of an IMM-PDAF tracker, which no step changes.
 ///
 /// `M` is a [`ModeSet`] of `MODES` models over `NX` states; `TRACKS` and `DETS` are the capacities; `A` associates.
 /// With one mode it is the PDAF, with [`NearestNeighbour`](crate::association::NearestNeighbour) the nearest-neighbour
-/// filter.
+/// filter, with [`Logic::existence`] the IPDA.
 #[derive(Clone, Copy, Debug)]
 pub struct ImmPdaf<T, M, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, A = Pda> {
-    modes: M,
-    jump: JumpMatrix<T, MODES>,
-    initial: [T; MODES],
+    setup: Setup<T, M, NX, MODES>,
     associator: A,
-    logic: Logic<T>,
-    initiation: Initiation<T, NX>,
-}
-
-/// All that an IMM-PDAF tracker remembers, and its scratch. All zero bits when new: a `static` costs no flash.
-#[derive(Clone, Debug)]
-pub struct State<T, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> {
-    time: Option<Instant>,
-    ids: Identities,
-    tracks: [Track<T, NX, MODES>; TRACKS],
-    seeds: heapless::Vec<Seed<T>, DETS>,
-    evidence: Evidence<T, MODES, DETS>,
-    claimed: [bool; DETS],
-}
-
-impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> State<T, NX, MODES, TRACKS, DETS> {
-    /// No tracks.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            time: None,
-            ids: Identities::new(),
-            tracks: [Track::FREE; TRACKS],
-            seeds: heapless::Vec::new(),
-            evidence: Evidence::new(),
-            claimed: [false; DETS],
-        }
-    }
-
-    /// The live tracks, in slot order.
-    pub fn tracks(&self) -> impl Iterator<Item = &Track<T, NX, MODES>> {
-        self.tracks.iter().filter(|t| !t.is_free())
-    }
-
-    /// The track `id`, if it lives.
-    #[must_use]
-    pub fn track(&self, id: TrackId) -> Option<&Track<T, NX, MODES>> {
-        self.tracks.iter().find(|t| t.id() == Some(id))
-    }
-
-    /// Deletes the track `id`. Returns whether it lived.
-    pub fn remove(&mut self, id: TrackId) -> bool {
-        match self.tracks.iter_mut().find(|t| t.id() == Some(id)) {
-            Some(track) => {
-                *track = Track::FREE;
-                true
-            }
-            None => false,
-        }
-    }
-
-    /// The combined estimates of all live tracks, computed as they are asked for.
-    pub fn estimates(&self) -> impl Iterator<Item = Estimate<T, NX>> {
-        self.tracks.iter().filter_map(|t| Some(Estimate { id: t.id()?, status: t.status(), state: t.bank().combined() }))
-    }
-
-    /// The time of the last scan.
-    #[must_use]
-    pub fn time(&self) -> Option<Instant> {
-        self.time
-    }
-}
-
-impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Default for State<T, NX, MODES, TRACKS, DETS> {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize>
@@ -135,9 +64,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize, con
     /// Where probabilities are none or do not sum to one.
     pub fn new(modes: M, jump: JumpMatrix<T, MODES>, initial: [T; MODES], logic: Logic<T>) -> Result<Self, ConfigError> {
         const { assert!(MODES >= 1 && TRACKS >= 1 && DETS >= 1 && DETS <= 65535, "every capacity must be at least one") }
-        jump.iter().try_for_each(check_distribution)?;
-        check_distribution(&initial)?;
-        Ok(Self { modes, jump, initial, associator: Pda, logic, initiation: Initiation::off() })
+        Ok(Self { setup: Setup::new(modes, jump, initial, logic)?, associator: Pda })
     }
 }
 
@@ -150,34 +77,20 @@ where
     /// The same tracker, starting tracks by itself.
     #[must_use]
     pub fn with_initiation(self, initiation: Initiation<T, NX>) -> Self {
-        const { assert!(M::LAYOUT.axes >= 1, "these models do not tell where positions stand") }
-        Self { initiation, ..self }
+        Self { setup: self.setup.with_initiation(initiation), ..self }
     }
 
     /// The same tracker with another association.
     #[must_use]
     pub fn with_associator<B: SingleAssociator<T>>(self, associator: B) -> ImmPdaf<T, M, NX, MODES, TRACKS, DETS, B> {
-        let Self { modes, jump, initial, logic, initiation, .. } = self;
-        ImmPdaf { modes, jump, initial, associator, logic, initiation }
+        ImmPdaf { setup: self.setup, associator }
     }
 
     /// Starts a confirmed track at `at`: a cue from elsewhere. `at` is the time of the last scan, or any before the first.
     /// `None` where all slots are taken (a cue does not evict), `at` is another time, or `g` is not finite or beyond the
     /// logic's position limit.
     pub fn start(&self, state: &mut State<T, NX, MODES, TRACKS, DETS>, g: Gaussian<T, NX>, at: Instant) -> Option<TrackId> {
-        let bank = ModeBank::new(self.initial, g);
-        if !bank.is_valid() || state.time.is_some_and(|time| time != at) {
-            return None;
-        }
-        let slot = state.tracks.iter_mut().find(|t| t.is_free())?;
-        let id = state.ids.next()?;
-        let track = Track::cued(id, bank);
-        if track.is_too_uncertain(&self.logic, M::LAYOUT) {
-            return None;
-        }
-        *slot = track;
-        state.time = Some(at);
-        Some(id)
+        state.picture.start(&self.setup, g, at)
     }
 
     /// Takes in one scan of `sensor`. The tracks are then at the time of the scan.
@@ -192,49 +105,14 @@ where
         sensor: &S,
         scan: &Scan<'_, T, NZ>,
     ) -> Result<Report, ScanError> {
-        const {
-            assert!(
-                M::LAYOUT.agrees(<S::Model as MeasurementModel<T, NX, NZ>>::LAYOUT),
-                "sensor and modes disagree on where positions stand"
-            );
-        }
-        const { assert!(NX >= 1 && NZ >= 1, "states and measurements need at least one entry") }
-        scan.check(state.time)?;
-        if !sensor.model().is_finite() {
-            return Err(ScanError::SensorNotFinite);
-        }
-        if sensor.gate().dimension() != NZ {
-            return Err(ScanError::GateDimension);
-        }
-        let gap = state.time.map_or(Duration::ZERO, |last| scan.time.since(last));
-        state.time = Some(scan.time);
-        let selection = Selection::<DETS>::new(scan.detections);
-        let mut report = Report {
-            detections: u16::try_from(selection.indices.len()).unwrap_or(u16::MAX),
-            detections_dropped: selection.dropped,
-            ..Report::default()
-        };
-        self.predict(state, gap);
-        state.claimed = [false; DETS];
+        let (selection, mut report) = state.picture.open(&self.setup, sensor, scan)?;
         self.update(state, sensor, scan.detections, &selection, &mut report);
-        self.delete_duplicates(state, &mut report);
-        self.initiate(state, sensor, scan, &selection, &mut report);
+        state.picture.delete_duplicates(&self.setup, &mut report);
+        state.picture.initiate(&self.setup, sensor, scan, &selection, &mut report);
         Ok(report)
     }
 
-    /// Between two scans at the same time nothing moves and no mode jumps.
-    #[inline(always)]
-    fn predict(&self, state: &mut State<T, NX, MODES, TRACKS, DETS>, gap: Duration) {
-        if gap == Duration::ZERO {
-            return;
-        }
-        let dt = gap.as_secs::<T>();
-        for track in state.tracks.iter_mut().filter(|t| !t.is_free()) {
-            track.bank.interact(&self.jump);
-            track.bank.predict(&self.modes, dt);
-        }
-    }
-
+    /// Gate, score, associate and absorb, track by track.
     #[inline(always)]
     fn update<S: Sensor<T, NX, NZ>, const NZ: usize>(
         &self,
@@ -244,147 +122,36 @@ where
         selection: &Selection<DETS>,
         report: &mut Report,
     ) {
-        let State { tracks, evidence, claimed, .. } = state;
-        let mut claim = |number: u16| {
-            if let Some(slot) = selection.indices.iter().position(|i| *i == number)
-                && let Some(claimed) = claimed.get_mut(slot)
-            {
-                *claimed = true;
-            }
-        };
+        let State { picture: Picture { tracks, claimed, .. }, evidence, .. } = state;
         for track in tracks.iter_mut().filter(|t| !t.is_free()) {
-            let candidates = &selection.indices;
-            let looked = sensor.p_detect(&track.bank.modes[0].mean) > T::lit(LEAST_P_DETECT);
-            let outcome = if A::COMBINED_INNOVATION {
-                let update = printed::update::<T, S, A, NX, NZ, MODES, DETS>;
-                update(&mut track.bank, sensor, &self.associator, detections, candidates, &mut claim)
+            let Track { bank, existence, .. } = track;
+            let look = Look { sensor, existence: *existence, diffuse: Clutter::Diffuse };
+            let p_detect = sensor.p_detect(&bank.modes[0].mean);
+            let p_seen = p_detect * sensor.gate().p_gate();
+            let mut hit = false;
+            let mut associate = |miss, weights: &mut [T]| {
+                let beta_0 = self.associator.associate(miss, weights);
+                hit = beta_0 < T::lit(0.5);
+                self.setup.logic.settle(existence, p_seen, beta_0, weights)
+            };
+            let mut claims = selection.walk(claimed);
+            let mut claim = |number| {
+                if let Some(claimed) = claims(number) {
+                    *claimed = true;
+                }
+            };
+            let resets = if A::COMBINED_INNOVATION {
+                printed::update::<T, _, NX, NZ, MODES, DETS>(bank, &look, associate, detections, &selection.indices, claim)
             } else {
-                let innovations = innovations(&track.bank, sensor.model());
-                evidence.collect(&track.bank, &innovations, sensor, detections, candidates);
+                let innovations = innovations(bank, sensor.model());
+                evidence.collect(bank, &innovations, &look, detections, &selection.indices);
                 evidence.gated().iter().copied().for_each(&mut claim);
                 let (miss, weights) = evidence.weights();
-                let beta_0 = self.associator.associate(miss, weights);
-                let resets = evidence.absorb(beta_0, &mut track.bank, &innovations, sensor.model(), detections);
-                Outcome { hit: beta_0 < T::lit(0.5), resets }
+                let beta_0 = associate(miss, weights);
+                evidence.absorb(beta_0, bank, &innovations, sensor.model(), detections)
             };
-            // A prediction over an absurd time may overflow: that track goes, and nothing else notices.
-            let resets = outcome.resets + u16::from(!track.bank.is_valid());
-            report.numeric_resets = report.numeric_resets.saturating_add(resets);
-            let mut change = if resets > 0 { track.reset() } else { Change::None };
-            if change == Change::None && (looked || outcome.hit) {
-                change = track.observe(outcome.hit, &self.logic, M::LAYOUT);
-            }
-            report.count(change);
+            self.setup.conclude(track, Outcome { looked: looks(p_detect), hit, resets }, report);
         }
-    }
-
-    /// Of two tracks on one target, the younger goes.
-    fn delete_duplicates(&self, state: &mut State<T, NX, MODES, TRACKS, DETS>, report: &mut Report) {
-        if !self.logic.deletes_duplicates() {
-            return;
-        }
-        for i in 1..TRACKS {
-            let (before, from) = state.tracks.split_at_mut(i);
-            let Some(track) = from.first_mut() else { break };
-            for other in before.iter_mut().filter(|t| !t.is_free()) {
-                if track.is_free() {
-                    break;
-                }
-                if track.is_duplicate_of(other, &self.logic, M::LAYOUT) {
-                    let loser = if track.yields_to(other) { &mut *track } else { other };
-                    *loser = Track::FREE;
-                    report.duplicates_deleted = report.duplicates_deleted.saturating_add(1);
-                }
-            }
-        }
-    }
-
-    /// Starts tracks from what no track gated.
-    fn initiate<S: Sensor<T, NX, NZ>, const NZ: usize>(
-        &self,
-        state: &mut State<T, NX, MODES, TRACKS, DETS>,
-        sensor: &S,
-        scan: &Scan<'_, T, NZ>,
-        selection: &Selection<DETS>,
-        report: &mut Report,
-    ) {
-        if let Rule::TwoPoint { max_gap, .. } = self.initiation.rule {
-            state.seeds.retain(|seed| scan.time.since(seed.time) <= max_gap);
-        }
-        for (slot, number) in selection.indices.iter().enumerate() {
-            if state.claimed.get(slot).copied().unwrap_or(true) {
-                continue;
-            }
-            report.detections_unclaimed = report.detections_unclaimed.saturating_add(1);
-            let Some(fix) = self.locate(sensor, scan.detections.get(usize::from(*number))) else { continue };
-            match self.initiation.rule {
-                Rule::Off => {}
-                Rule::OnePoint => self.bear(state, 1, self.initiation.one_point(M::LAYOUT, &fix), report),
-                Rule::TwoPoint { max_speed, max_gap } => {
-                    for k in 0..state.seeds.len() {
-                        let Some(seed) = state.seeds.get(k) else { continue };
-                        if let Some(dt) = seed.pairs_with(&fix, scan.time, M::LAYOUT, max_speed, max_gap) {
-                            let g = self.initiation.two_points(M::LAYOUT, &seed.fix, &fix, dt);
-                            self.bear(state, 2, g, report);
-                            if let Some(claimed) = state.claimed.get_mut(slot) {
-                                *claimed = true;
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        // Remembered only now: the order of the detections in a scan must not matter.
-        if let Rule::TwoPoint { .. } = self.initiation.rule {
-            for (slot, number) in selection.indices.iter().enumerate() {
-                if state.claimed.get(slot) == Some(&false)
-                    && let Some(fix) = self.locate(sensor, scan.detections.get(usize::from(*number)))
-                {
-                    remember(&mut state.seeds, Seed { time: scan.time, fix }, report);
-                }
-            }
-        }
-    }
-
-    /// Where a detection stands, if it tells and somebody wants to know.
-    fn locate<S: Sensor<T, NX, NZ>, const NZ: usize>(&self, sensor: &S, detection: Option<&Detection<T, NZ>>) -> Option<Fix<T>> {
-        if self.initiation.rule == Rule::Off {
-            return None;
-        }
-        let detection = detection?;
-        let noise = detection.noise.unwrap_or_else(|| sensor.model().nominal_noise());
-        sensor.model().locate(&detection.z, &noise)
-    }
-
-    /// A tentative track with `hits` detections behind it takes a free slot, or that of the tentative track that was missed
-    /// most often in a row; where none was missed it is refused, as it is where it is not finite or too uncertain.
-    fn bear(&self, state: &mut State<T, NX, MODES, TRACKS, DETS>, hits: u8, g: Gaussian<T, NX>, report: &mut Report) {
-        let Some(born) = self.birth(state, hits, g) else {
-            report.births_refused = report.births_refused.saturating_add(1);
-            return;
-        };
-        let (slot, mut newborn) = born;
-        let Some(track) = state.tracks.get_mut(slot) else { return };
-        if !track.is_free() {
-            report.tracks_evicted = report.tracks_evicted.saturating_add(1);
-        }
-        report.births = report.births.saturating_add(1);
-        report.count(newborn.judge(&self.logic, M::LAYOUT));
-        *track = newborn;
-    }
-
-    /// The slot and the track of a birth, if there is room, an identity and a sound density.
-    fn birth(&self, state: &mut State<T, NX, MODES, TRACKS, DETS>, hits: u8, g: Gaussian<T, NX>) -> Option<(usize, Track<T, NX, MODES>)> {
-        let bank = ModeBank::new(self.initial, g);
-        let free = state.tracks.iter().position(|t| t.is_free());
-        let slot = free.or_else(|| {
-            let missed = state.tracks.iter().enumerate().filter(|(_, t)| t.status() == Status::Tentative && t.misses() > 0);
-            missed.max_by_key(|(_, t)| t.misses()).map(|(slot, _)| slot)
-        })?;
-        if !bank.is_valid() || Track::cued(TrackId::FIRST, bank).is_too_uncertain(&self.logic, M::LAYOUT) {
-            return None;
-        }
-        Some((slot, Track::born(state.ids.next()?, hits, bank)))
     }
 
     /// Where positions and velocities stand in the state.
@@ -394,13 +161,28 @@ where
     }
 }
 
-/// Keeps a detection that may become half of a track; the oldest gives way.
-fn remember<T: Real, const DETS: usize>(seeds: &mut heapless::Vec<Seed<T>, DETS>, seed: Seed<T>, report: &mut Report) {
-    let Err(seed) = seeds.push(seed) else { return };
-    report.seeds_dropped = report.seeds_dropped.saturating_add(1);
-    if let Some(oldest) = seeds.iter_mut().min_by_key(|s| s.time)
-        && oldest.time < seed.time
+impl<T, M, A, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Tracker<T, NX, MODES>
+    for ImmPdaf<T, M, NX, MODES, TRACKS, DETS, A>
+where
+    T: Real,
+    M: ModeSet<T, NX, MODES>,
+    A: SingleAssociator<T>,
+{
+    type State = State<T, NX, MODES, TRACKS, DETS>;
+
+    fn step<S: Sensor<T, NX, NZ>, const NZ: usize>(
+        &self,
+        state: &mut Self::State,
+        sensor: &S,
+        scan: &Scan<'_, T, NZ>,
+    ) -> Result<Report, ScanError> {
+        self.step(state, sensor, scan)
+    }
+
+    fn tracks<'a>(&self, state: &'a Self::State) -> impl Iterator<Item = &'a Track<T, NX, MODES>>
+    where
+        T: 'a,
     {
-        *oldest = seed;
+        state.tracks()
     }
 }

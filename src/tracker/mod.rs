@@ -1,6 +1,53 @@
-//! Complete trackers: each states its equations, its state and its step.
+//! Complete trackers: each states its equations, its memory and its step.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `imm_pdaf.rs` | every track associated as if it were alone |
+//! | `imm_jpda.rs` | all tracks associated together |
+//! | `picture.rs`, `births.rs` | what both share: prediction, life and birth of tracks |
+//! | `state.rs` | what they remember |
+//! | `printed.rs` | a baseline for [`ImmPdaf`] |
 
+mod births;
+mod imm_jpda;
 mod imm_pdaf;
+mod picture;
 mod printed;
+mod state;
 
-pub use imm_pdaf::{ImmPdaf, State};
+pub use imm_jpda::{ImmJpda, Joint, JointState};
+pub use imm_pdaf::ImmPdaf;
+pub use state::{Scratch, State};
+
+use crate::error::ScanError;
+use crate::scalar::Real;
+use crate::scan::{Estimate, Report, Scan};
+use crate::sensor::Sensor;
+use crate::track::Track;
+
+/// A tracker whose tracks are banks of `MODES` modes over `NX` states, for code that serves any of them.
+pub trait Tracker<T: Real, const NX: usize, const MODES: usize> {
+    /// What it remembers.
+    type State: Default;
+
+    /// Takes in one scan of `sensor`. The tracks are then at the time of the scan.
+    ///
+    /// # Errors
+    /// As the tracker's own `step`; the state then stays as it was.
+    fn step<S: Sensor<T, NX, NZ>, const NZ: usize>(
+        &self,
+        state: &mut Self::State,
+        sensor: &S,
+        scan: &Scan<'_, T, NZ>,
+    ) -> Result<Report, ScanError>;
+
+    /// The live tracks.
+    fn tracks<'a>(&self, state: &'a Self::State) -> impl Iterator<Item = &'a Track<T, NX, MODES>>
+    where
+        T: 'a;
+
+    /// The combined estimates of all live tracks.
+    fn estimates(&self, state: &Self::State) -> impl Iterator<Item = Estimate<T, NX>> {
+        self.tracks(state).filter_map(Track::estimate)
+    }
+}

@@ -11,7 +11,6 @@
 //! than they know and every mode looks good in ambiguity: about a third of the tracks of that paper's first scenario
 //! are lost, none with the update of [`evidence`](crate::evidence).
 
-use crate::association::SingleAssociator;
 use crate::evidence::{Evidence, innovations};
 use crate::mode::ModeBank;
 use crate::model::MeasurementModel;
@@ -20,37 +19,28 @@ use crate::scan::Detection;
 use crate::sensor::Sensor;
 use nalgebra::SVector;
 
-/// What an update tells the tracker about one track.
-pub(crate) struct Outcome {
-    /// Whether a detection is more probably the target's than not.
-    pub hit: bool,
-    pub resets: u16,
-}
-
-/// The update by the printed equations. `gated` is called with the number of every gated detection.
-pub(crate) fn update<T: Real, S, A, const NX: usize, const NZ: usize, const MODES: usize, const DETS: usize>(
+/// The update by the printed equations. `associate` replaces weights by probabilities, as
+/// [`SingleAssociator`](crate::association::SingleAssociator) does; `gated` is called with the number of every gated
+/// detection. Returns how many corrections were taken back.
+pub(super) fn update<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize, const DETS: usize>(
     bank: &mut ModeBank<T, NX, MODES>,
     sensor: &S,
-    associator: &A,
+    associate: impl FnOnce(T, &mut [T]) -> T,
     detections: &[Detection<T, NZ>],
     candidates: &[u16],
     gated: impl FnMut(u16),
-) -> Outcome
-where
-    S: Sensor<T, NX, NZ>,
-    A: SingleAssociator<T>,
-{
+) -> u16 {
     let model = sensor.model();
     let combined = ModeBank::<T, NX, 1>::new([T::ONE], bank.combined());
     let overall = innovations(&combined, model);
     let mut evidence = Evidence::<T, 1, DETS>::new();
     evidence.collect(&combined, &overall, sensor, detections, candidates);
     evidence.gated().iter().copied().for_each(gated);
-    if evidence.gated().is_empty() {
-        return Outcome { hit: false, resets: 0 };
-    }
     let (miss, weights) = evidence.weights();
-    let beta_0 = associator.associate(miss, weights);
+    associate(miss, weights);
+    if evidence.gated().is_empty() {
+        return 0;
+    }
     let mut resultant = SVector::<T, NZ>::zeros();
     let (_, beta) = evidence.weights();
     let mut probable = heapless::Vec::<T, DETS>::new();
@@ -85,5 +75,5 @@ where
     if sum > T::ZERO {
         bank.prob = prob.map(|p| p / sum);
     }
-    Outcome { hit: beta_0 < T::lit(0.5), resets }
+    resets
 }

@@ -50,8 +50,8 @@ pub struct Tracked {
     pub modes: Vec<f64>,
 }
 
-/// The library's [`Report`], summed over all scans.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+/// The library's [`Report`], summed over all scans; of error bounds the largest.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 #[expect(missing_docs, reason = "the names are the library's")]
 pub struct Counts {
     pub detections: u64,
@@ -65,6 +65,10 @@ pub struct Counts {
     pub tracks_deleted: u64,
     pub duplicates_deleted: u64,
     pub numeric_resets: u64,
+    pub clusters_bounded: u64,
+    pub clusters_approximated: u64,
+    pub clusters_infeasible: u64,
+    pub association_error_bound: f32,
 }
 
 impl StateKind {
@@ -137,6 +141,10 @@ impl Counts {
         self.tracks_deleted += u64::from(report.tracks_deleted);
         self.duplicates_deleted += u64::from(report.duplicates_deleted);
         self.numeric_resets += u64::from(report.numeric_resets);
+        self.clusters_bounded += u64::from(report.clusters_bounded);
+        self.clusters_approximated += u64::from(report.clusters_approximated);
+        self.clusters_infeasible += u64::from(report.clusters_infeasible);
+        self.association_error_bound = self.association_error_bound.max(report.association_error_bound);
     }
 }
 

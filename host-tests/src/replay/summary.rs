@@ -2,7 +2,7 @@
 //!
 //! The JSON is [`Summary`] as it stands; what is not known is null (`judgement` without truth).
 
-use super::config::TrackerPlan;
+use super::config::{AssociationKind, TrackerPlan};
 use super::history::{Counts, History};
 use super::judge::{Judgement, judge};
 use super::recording::Recording;
@@ -87,7 +87,12 @@ pub fn table(summary: &Summary, plots: &str) -> String {
     }
     let TrackerSummary { precision, plan, confirmed, moving, report } = tracker;
     let (states, modes, fed) = (plan.state.names().join(", "), plan.modes.len(), plan.sensors.join(" and "));
-    let _ = writeln!(text, "IMM-PDAF in {precision}: ({states}), {modes} modes, fed by {fed}");
+    let kind = match plan.association {
+        AssociationKind::Pda => "IMM-PDAF",
+        AssociationKind::Jpda => "IMM-JPDAF",
+        AssociationKind::Gnn => "IMM-GNN",
+    };
+    let _ = writeln!(text, "{kind} in {precision}: ({states}), {modes} modes, fed by {fed}");
     let _ = writeln!(text, "    {confirmed} tracks confirmed, {moving} of them moving");
     let _ = writeln!(
         text,

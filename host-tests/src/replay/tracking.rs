@@ -1,4 +1,4 @@
-//! Runs the library's IMM-PDAF over a recording, in the state, modes and precision chosen at run time.
+//! Runs the library's trackers over a recording, in the association, state, modes and precision chosen at run time.
 //!
 //! Scan by scan, for the sensors that the tracker takes in:
 //!
@@ -8,12 +8,13 @@
 //!
 //! Everything generic ends here: a [`History`] holds plain f64.
 
-use super::config::{Config, InitiationRule, StateKind, TrackerPlan};
+use super::config::{AssociationKind, Config, InitiationRule, LifePolicy, StateKind, TrackerPlan};
 use super::history::{Counts, History, Moment, Tracked};
 use super::modes::{AccelerationMode, ModeKind, VelocityMode, prior};
 use super::recording::{Component, Plot, Recording, ScanRecord};
 use super::sensor::{Instrument, Look};
 use crate::{Failure, Precision};
+use boresight::association::{AssociationMatrix, Associator, Completeness, Gnn, Jpda};
 use boresight::initiation::{Initiation, Rule};
 use boresight::mode::ModeSet;
 use boresight::model::position::Position;
@@ -21,13 +22,15 @@ use boresight::model::{Layout, MeasurementModel, MotionModel};
 use boresight::scalar::Real;
 use boresight::scan::{Detection, Report, Scan};
 use boresight::time::{Duration, Instant};
-use boresight::track::{Logic, Track};
-use boresight::tracker::{ImmPdaf, State};
+use boresight::track::{Existence, Logic, Track};
+use boresight::tracker::{ImmJpda, ImmPdaf, Tracker};
 
 /// Most tracks at a time.
 const TRACKS: usize = 64;
 /// Most detections of a scan.
 const DETS: usize = 256;
+/// Sets of served tracks that joint association may keep.
+const NODES: usize = 16384;
 
 /// Runs the tracker of `plan`, with the sensors of `config`, over `recording`.
 pub fn track(recording: &Recording, config: &Config, plan: &TrackerPlan, precision: Precision) -> Result<History, Failure> {
@@ -66,49 +69,64 @@ impl Task<'_> {
     {
         let numbered = self.plan.modes.iter().enumerate();
         let modes = numbered.map(|(i, mode)| M::build(mode).map_err(|failure| failure.within(format!("tracker: modes[{i}]"))));
-        match modes.collect::<Result<Vec<M>, _>>()?.as_slice() {
-            &[a] => self.run::<T, M, NX, AXES, STRIDE, 1>([a]),
-            &[a, b] => self.run::<T, M, NX, AXES, STRIDE, 2>([a, b]),
-            &[a, b, c] => self.run::<T, M, NX, AXES, STRIDE, 3>([a, b, c]),
-            other => Err(Failure::at_field("tracker: modes", format!("{} of them", other.len()))),
+        let modes = modes.collect::<Result<Vec<M>, _>>()?;
+        let places = Places::new(modes.len()).ok_or_else(|| Failure::at_field("tracker: modes", format!("{} of them", modes.len())))?;
+        let jump = std::array::from_fn(|from| places.spread(self.plan.jump.get(places.mode[from]).map(Vec::as_slice).unwrap_or_default()));
+        let initial = places.spread(&self.plan.initial);
+        let modes = places.mode.map(|mode| modes[mode]);
+        let logic = self.logic()?;
+        let initiation = self.initiation(<[M; MODES] as ModeSet<T, NX, MODES>>::LAYOUT)?;
+        let refused = |error| Failure::input(error).within("tracker");
+        let joint = |association| ImmJpda::new(modes, jump, initial, logic, association).map_err(refused);
+        match self.plan.association {
+            AssociationKind::Pda => {
+                let tracker: Single<T, M, NX> = ImmPdaf::new(modes, jump, initial, logic).map_err(refused)?;
+                self.run::<T, _, NX, AXES, STRIDE>(tracker, tracker.with_initiation(initiation), &places)
+            }
+            kind => {
+                let tracker: Together<T, M, NX> = joint(Association::of(kind))?;
+                self.run::<T, _, NX, AXES, STRIDE>(tracker, tracker.with_initiation(initiation), &places)
+            }
         }
     }
 
-    fn run<T, M, const NX: usize, const AXES: usize, const STRIDE: usize, const MODES: usize>(
+    fn run<T, K, const NX: usize, const AXES: usize, const STRIDE: usize>(
         &self,
-        modes: [M; MODES],
+        silent: K,
+        initiating: K,
+        places: &Places,
     ) -> Result<History, Failure>
     where
         T: Real + Into<f64>,
-        M: ModeKind + MotionModel<T, NX>,
+        K: Tracker<T, NX, MODES>,
     {
-        let silent = self.tracker(modes)?;
-        let initiating = silent.with_initiation(self.initiation(<[M; MODES] as ModeSet<T, NX, MODES>>::LAYOUT)?);
-        let mut state = Box::new(State::new());
+        let mut state = Box::new(K::State::default());
         let mut history = History { state: self.plan.state, moments: Vec::new(), counts: Counts::default() };
         for (number, scan) in self.recording.scans.iter().enumerate() {
             let Some(instrument) = self.instruments.iter().find(|instrument| instrument.name == scan.sensor) else { continue };
             let tracker = if instrument.initiates { &initiating } else { &silent };
-            let report = take_in::<T, M, NX, AXES, STRIDE, MODES>(tracker, &mut state, instrument, scan)?;
+            let report = take_in::<T, K, NX, AXES, STRIDE>(tracker, &mut state, instrument, scan)?;
             history.counts.add(&report);
-            history.moments.push(Moment { scan: number, time_us: scan.time_us, tracks: tracks(&state) });
+            let tracks = tracker.tracks(&state).filter_map(|track| tracked(track, places)).collect();
+            history.moments.push(Moment { scan: number, time_us: scan.time_us, tracks });
         }
         Ok(history)
     }
 
-    fn tracker<T: Real, M: MotionModel<T, NX>, const NX: usize, const MODES: usize>(
-        &self,
-        modes: [M; MODES],
-    ) -> Result<Tracker<T, M, NX, MODES>, Failure> {
+    fn logic<T: Real>(&self) -> Result<Logic<T>, Failure> {
         let refused = |error| Failure::input(error).within("tracker");
-        let (plan, life) = (self.plan, &self.plan.life);
-        let logic = Logic::new(life.hits, life.window, life.misses).map_err(refused)?;
-        let logic = logic.with_position_limit(T::lit(life.position_limit)).map_err(refused)?;
-        let logic = logic.with_duplicate_distance(T::lit(life.duplicate_distance)).map_err(refused)?;
-        let entry = |row: &[f64], to: usize| T::lit(row.get(to).copied().unwrap_or(0.0));
-        let row = |from: usize| plan.jump.get(from).map(Vec::as_slice).unwrap_or_default();
-        let jump = std::array::from_fn(|from| std::array::from_fn(|to| entry(row(from), to)));
-        ImmPdaf::new(modes, jump, std::array::from_fn(|mode| entry(&plan.initial, mode)), logic).map_err(refused)
+        let life = &self.plan.life;
+        let logic = match life.policy {
+            LifePolicy::Count => Logic::new(life.hits, life.window, life.misses),
+            LifePolicy::Existence => Logic::existence(Existence {
+                birth: T::lit(life.birth),
+                lifetime: T::lit(life.lifetime),
+                confirm: T::lit(life.confirm),
+                delete: T::lit(life.delete),
+            }),
+        };
+        let logic = logic.and_then(|logic| logic.with_position_limit(T::lit(life.position_limit)));
+        logic.and_then(|logic| logic.with_duplicate_distance(T::lit(life.duplicate_distance))).map_err(refused)
     }
 
     fn initiation<T: Real, const NX: usize>(&self, layout: Layout) -> Result<Initiation<T, NX>, Failure> {
@@ -123,13 +141,71 @@ impl Task<'_> {
     }
 }
 
-type Tracker<T, M, const NX: usize, const MODES: usize> = ImmPdaf<T, [M; MODES], NX, MODES, TRACKS, DETS>;
-type Tracks<T, const NX: usize, const MODES: usize> = State<T, NX, MODES, TRACKS, DETS>;
+/// Modes of every tracker here. Fewer modes are spread over as many: one that stands in several places has the same
+/// state in all of them and its probability in shares, which is the same filter.
+const MODES: usize = 3;
+
+/// Where the modes of the description stand.
+struct Places {
+    /// The described mode in each place
+    mode: [usize; MODES],
+    count: usize,
+}
+
+impl Places {
+    fn new(count: usize) -> Option<Self> {
+        (1..=MODES).contains(&count).then(|| Self { mode: std::array::from_fn(|place| place.min(count - 1)), count })
+    }
+
+    /// Probabilities of described modes in equal shares for their places.
+    fn spread<T: Real>(&self, described: &[f64]) -> [T; MODES] {
+        let shares = |mode: usize| self.mode.iter().filter(|m| **m == mode).count().max(1) as f64;
+        self.mode.map(|mode| T::lit(described.get(mode).copied().unwrap_or(0.0) / shares(mode)))
+    }
+
+    /// Probabilities of the described modes.
+    fn gather<T: Into<f64> + Copy>(&self, prob: &[T; MODES]) -> Vec<f64> {
+        let mut gathered = vec![0.0; self.count];
+        self.mode.iter().zip(prob).for_each(|(mode, p)| gathered[*mode] += (*p).into());
+        gathered
+    }
+}
+
+/// Joint association, chosen at run time.
+#[derive(Debug, Clone, Copy)]
+enum Association {
+    Jpda(Jpda<NODES>),
+    Gnn(Gnn),
+}
+
+impl Association {
+    fn of(kind: AssociationKind) -> Self {
+        match kind {
+            AssociationKind::Gnn => Self::Gnn(Gnn),
+            AssociationKind::Jpda | AssociationKind::Pda => Self::Jpda(Jpda::new()),
+        }
+    }
+}
+
+impl<T: Real> Associator<T, TRACKS, DETS> for Association {
+    type Memory = (<Jpda<NODES> as Associator<T, TRACKS, DETS>>::Memory, <Gnn as Associator<T, TRACKS, DETS>>::Memory);
+    const MEMORY: Self::Memory = (Jpda::<NODES>::MEMORY, Gnn::MEMORY);
+
+    fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
+        match self {
+            Self::Jpda(jpda) => jpda.associate(matrix, &mut memory.0),
+            Self::Gnn(gnn) => gnn.associate(matrix, &mut memory.1),
+        }
+    }
+}
+
+type Single<T, M, const NX: usize> = ImmPdaf<T, [M; MODES], NX, MODES, TRACKS, DETS>;
+type Together<T, M, const NX: usize> = ImmJpda<T, [M; MODES], NX, MODES, TRACKS, DETS, Association>;
 
 /// One scan into the tracker, as what its sensor measures.
-fn take_in<T: Real, M: MotionModel<T, NX>, const NX: usize, const AXES: usize, const STRIDE: usize, const MODES: usize>(
-    tracker: &Tracker<T, M, NX, MODES>,
-    state: &mut Tracks<T, NX, MODES>,
+fn take_in<T: Real, K: Tracker<T, NX, MODES>, const NX: usize, const AXES: usize, const STRIDE: usize>(
+    tracker: &K,
+    state: &mut K::State,
     instrument: &Instrument,
     scan: &ScanRecord,
 ) -> Result<Report, Failure> {
@@ -146,35 +222,28 @@ fn take_in<T: Real, M: MotionModel<T, NX>, const NX: usize, const AXES: usize, c
     }
 }
 
-fn step<T: Real, M, S, const NX: usize, const NZ: usize, const MODES: usize>(
-    tracker: &Tracker<T, M, NX, MODES>,
-    state: &mut Tracks<T, NX, MODES>,
+fn step<T: Real, K: Tracker<T, NX, MODES>, S: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
+    tracker: &K,
+    state: &mut K::State,
     instrument: &Instrument,
     look: &Look<T, S>,
     scan: &ScanRecord,
-) -> Result<Report, Failure>
-where
-    M: MotionModel<T, NX>,
-    S: MeasurementModel<T, NX, NZ>,
-{
+) -> Result<Report, Failure> {
     let detections: Vec<Detection<T, NZ>> = scan.detections.iter().map(|plot: &Plot| instrument.detection(plot)).collect();
     let taken = tracker.step(state, look, &Scan::new(Instant::from_micros(scan.time_us), &detections));
     taken.map_err(|error| Failure::input(error).within(format!("sensor {}, t = {} us", scan.sensor, scan.time_us)))
 }
 
-/// All tracks of `state`, in plain f64.
-fn tracks<T: Real + Into<f64>, const NX: usize, const MODES: usize>(state: &Tracks<T, NX, MODES>) -> Vec<Tracked> {
-    let estimate = |track: &Track<T, NX, MODES>| {
-        let combined = track.bank().combined();
-        let variance = |i: usize| combined.cov.get(i, i).map_or(f64::NAN, Into::into);
-        Some(Tracked {
-            id: track.id()?.number(),
-            status: track.status(),
-            moving: false,
-            mean: combined.mean.iter().map(|x| (*x).into()).collect(),
-            std: (0..NX).map(|i| variance(i).max(0.0).sqrt()).collect(),
-            modes: track.bank().prob.iter().map(|p| (*p).into()).collect(),
-        })
-    };
-    state.tracks().filter_map(estimate).collect()
+/// A track in plain f64.
+fn tracked<T: Real + Into<f64>, const NX: usize>(track: &Track<T, NX, MODES>, places: &Places) -> Option<Tracked> {
+    let combined = track.bank().combined();
+    let variance = |i: usize| combined.cov.get(i, i).map_or(f64::NAN, Into::into);
+    Some(Tracked {
+        id: track.id()?.number(),
+        status: track.status(),
+        moving: false,
+        mean: combined.mean.iter().map(|x| (*x).into()).collect(),
+        std: (0..NX).map(|i| variance(i).max(0.0).sqrt()).collect(),
+        modes: places.gather(&track.bank().prob),
+    })
 }

@@ -10,6 +10,7 @@
 
 pub mod field;
 mod imm;
+mod jpda;
 mod kf;
 mod metrics;
 mod nonlinear;
@@ -34,7 +35,19 @@ pub struct Kind {
 }
 
 /// Every kind that `solve` knows.
-static KINDS: &[Kind] = &[kf::KIND, nonlinear::EKF, nonlinear::UKF, imm::KIND, pda::PDA, pda::IMMPDAF, metrics::KIND];
+static KINDS: &[Kind] = &[
+    kf::KIND,
+    nonlinear::EKF,
+    nonlinear::UKF,
+    imm::KIND,
+    pda::PDA,
+    pda::IMMPDAF,
+    jpda::JPDA,
+    jpda::LARGE,
+    jpda::NONPARAMETRIC,
+    jpda::IMMJPDAF,
+    metrics::KIND,
+];
 
 /// The command `solve`.
 pub fn run(input: &Path, output: &Path, precision: Precision) -> Result<(), Failure> {

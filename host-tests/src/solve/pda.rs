@@ -95,13 +95,13 @@ fn many_scans<T: Scalar, const N: usize, const M: usize, const R: usize>(case: &
     Ok(json!({ "steps": results }))
 }
 
-fn gate<T: Scalar, const M: usize>(case: &Field<'_>) -> Result<Gate<T>, Failure> {
+pub(super) fn gate<T: Scalar, const M: usize>(case: &Field<'_>) -> Result<Gate<T>, Failure> {
     let (gamma, p_gate) = (case.get("gamma")?, case.get("Pg")?);
     let gate = Gate::new::<M>(gamma.number()?).map_err(|e| gamma.failure(e))?;
     gate.with_probability(p_gate.number()?).map_err(|e| p_gate.failure(e))
 }
 
-fn plots<T: Scalar, const M: usize>(list: &Field<'_>) -> Result<Vec<Detection<T, M>>, Failure> {
+pub(super) fn plots<T: Scalar, const M: usize>(list: &Field<'_>) -> Result<Vec<Detection<T, M>>, Failure> {
     let items = list.items()?;
     if items.len() > DETS {
         return Err(list.failure(format!("{} detections where at most {DETS} fit", items.len())));

@@ -1,7 +1,7 @@
 //! The update of one track by several detections, against its definition: the moment match of a Kalman update by every
 //! detection and of none, mode by mode, each hypothesis weighed by its probability. Written out densely with gains and
 //! inverses in double precision; for one mode also in the gain form of the textbook (Bar-Shalom, Willett and Tian 2011,
-//! equation 3.4.2-10).
+//! equation 3.4.2-10). Detections with times of their own are measured through H (I + δ N) of a state at the scan's time.
 //!
 //! Probabilities are exponentials of ν' S⁻¹ ν, so that their relative error is that of the exponent; `Bounds` has the sizes.
 
@@ -11,12 +11,13 @@ use boresight::association::{Gate, Pda, SingleAssociator};
 use boresight::evidence::{Evidence, innovations, update_by_one};
 use boresight::gaussian::Gaussian;
 use boresight::mode::ModeBank;
-use boresight::model::MeasurementModel;
 use boresight::model::linear::LinearMeasurement;
+use boresight::model::{Layout, MeasurementModel};
 use boresight::scalar::Real;
 use boresight::scan::Detection;
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
+use boresight::time::Duration;
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestCaseResult};
@@ -28,6 +29,39 @@ const DETS: usize = 12;
 const THRESHOLD: f64 = 16.0;
 
 type Linear<T, const NX: usize, const NZ: usize> = UniformSensor<LinearMeasurement<T, NX, NZ>, T>;
+
+/// A linear sensor of states that are laid out axis by axis, two axes where there is room.
+#[derive(Clone, Copy, Debug)]
+struct Laid<T, const NX: usize, const NZ: usize>(LinearMeasurement<T, NX, NZ>);
+
+const fn layout(states: usize) -> Layout {
+    let axes = if states == 2 { 1 } else { 2 };
+    Layout { axes, stride: states / axes }
+}
+
+impl<T: Real, const NX: usize, const NZ: usize> MeasurementModel<T, NX, NZ> for Laid<T, NX, NZ> {
+    const LAYOUT: Layout = layout(NX);
+
+    fn observe(&self, x: &SVector<T, NX>) -> SVector<T, NZ> {
+        self.0.observe(x)
+    }
+    fn jacobian(&self, x: &SVector<T, NX>) -> SMatrix<T, NZ, NX> {
+        self.0.jacobian(x)
+    }
+    fn noise(&self, x: &SVector<T, NX>) -> Symmetric<T, NZ> {
+        self.0.noise(x)
+    }
+}
+
+/// I + δ N: within an axis every entry grows by the next.
+fn moved<const NX: usize>(offset: Duration) -> SMatrix<f64, NX, NX> {
+    let stride = layout(NX).stride;
+    let mut f = SMatrix::identity();
+    for i in (0..NX - 1).filter(|i| (i + 1) % stride != 0) {
+        f[(i, i + 1)] = offset.as_secs();
+    }
+    f
+}
 
 /// A track and a scan, as numbers.
 #[derive(Clone, Debug)]
@@ -41,14 +75,17 @@ struct Case {
     /// Detections about the first mode's prediction, in standard deviations, and whether each brings its own noise
     detections: Vec<([f64; 3], bool)>,
     order: Vec<usize>,
+    /// Microseconds between each detection and its scan, where a test uses them
+    offsets: [i64; 8],
 }
 
 fn cases() -> impl Strategy<Value = Case> {
     let detection = (prop::array::uniform3(-4.0..4.0f64), any::<bool>());
     let detections = prop::collection::vec(detection, 0..8);
     let track = (prop::collection::vec(draws(), 3), prop::array::uniform3(0.01..1.0f64), draws());
+    let offsets = prop::array::uniform8(prop_oneof![Just(0), -1_000_000..1_000_000i64]);
     let environment = (0.05..=1.0f64, prop::option::of(-12.0..0.0f64));
-    (track, environment, detections).prop_flat_map(|((modes, prob, sensor), (p_detect, ln_clutter), detections)| {
+    (track, environment, detections, offsets).prop_flat_map(|((modes, prob, sensor), (p_detect, ln_clutter), detections, offsets)| {
         let order = Just((0..detections.len()).collect::<Vec<_>>()).prop_shuffle();
         order.prop_map(move |order| Case {
             modes: modes.clone(),
@@ -58,6 +95,7 @@ fn cases() -> impl Strategy<Value = Case> {
             ln_clutter,
             detections: detections.clone(),
             order,
+            offsets,
         })
     })
 }
@@ -93,6 +131,12 @@ impl Case {
         };
         self.detections.iter().map(detection).collect()
     }
+
+    /// The same detections, each at its own time.
+    fn sectors<T: Real, const NX: usize, const NZ: usize>(&self) -> Vec<Detection<T, NZ>> {
+        let offsets = self.offsets.iter().map(|micros| Duration::from_micros(*micros));
+        self.scan::<T, NX, NZ>().into_iter().zip(offsets).map(|(d, offset)| d.with_offset(offset)).collect()
+    }
 }
 
 /// What an update made: which detections were gated, their probabilities, that of none, and the bank.
@@ -104,9 +148,9 @@ struct Outcome<T, const NX: usize, const MODES: usize> {
     bank: ModeBank<T, NX, MODES>,
 }
 
-fn update<T: Real, const NX: usize, const NZ: usize, const MODES: usize>(
+fn update<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
     mut bank: ModeBank<T, NX, MODES>,
-    sensor: &Linear<T, NX, NZ>,
+    sensor: &UniformSensor<M, T>,
     detections: &[Detection<T, NZ>],
 ) -> Result<Outcome<T, NX, MODES>, TestCaseError> {
     let candidates: Vec<u16> = (0..detections.len() as u16).collect();
@@ -143,15 +187,16 @@ fn by_definition<T: Real, const NX: usize, const NZ: usize, const MODES: usize>(
     let h = wide(&model.matrix);
     let inverse = |m: &SMatrix<f64, NZ, NZ>| m.try_inverse().ok_or_else(|| TestCaseError::fail("singular"));
     let noise = |d: &Detection<T, NZ>| wide_cov(d.noise.as_ref().unwrap_or(&model.noise));
-    let spread = |r: usize| h * wide_cov(&bank.modes[r].cov) * h.transpose();
-    let residual = |r: usize, d: &Detection<T, NZ>| wide(&d.z) - h * wide(&bank.modes[r].mean);
+    let seen = |d: &Detection<T, NZ>| h * moved::<NX>(d.offset);
+    let spread = |r: usize, h: SMatrix<f64, NZ, NX>| h * wide_cov(&bank.modes[r].cov) * h.transpose();
+    let residual = |r: usize, d: &Detection<T, NZ>| wide(&d.z) - seen(d) * wide(&bank.modes[r].mean);
 
     // The gate: by the mode whose S, with the sensor's noise, has the largest determinant.
-    let volume = |r: usize| determinant(&(spread(r) + wide_cov(&model.noise)));
+    let volume = |r: usize| determinant(&(spread(r, h) + wide_cov(&model.noise)));
     let widest = (0..MODES).max_by(|a, b| volume(*a).total_cmp(&volume(*b))).unwrap_or(0);
     let (mut exponents, mut worst) = (0f64, 1f64);
     for (number, d) in detections.iter().enumerate() {
-        let s = spread(widest) + noise(d);
+        let s = spread(widest, seen(d)) + noise(d);
         let nis = residual(widest, d).dot(&(inverse(&s)? * residual(widest, d)));
         // Within the rounding of the form either answer is right.
         prop_assume!((nis - THRESHOLD).abs() > 32.0 * T::EPSILON.to_f64() * THRESHOLD * condition(&s));
@@ -173,7 +218,7 @@ fn by_definition<T: Real, const NX: usize, const NZ: usize, const MODES: usize>(
     for (slot, number) in gated.iter().enumerate() {
         let d = &detections[usize::from(*number)];
         for r in 0..MODES {
-            let (s, nu, p) = (spread(r) + noise(d), residual(r, d), wide_cov(&bank.modes[r].cov));
+            let (s, nu, p) = (spread(r, seen(d)) + noise(d), residual(r, d), wide_cov(&bank.modes[r].cov));
             let s_inv = inverse(&s)?;
             let nis = nu.dot(&(s_inv * nu));
             let ln_norm = -0.5 * (NZ as f64 * TAU.ln() + determinant(&s).ln());
@@ -182,7 +227,7 @@ fn by_definition<T: Real, const NX: usize, const NZ: usize, const MODES: usize>(
             let weight = bank.prob[r].to_f64() * p_detect / density * (ln_norm - 0.5 * nis).exp();
             total += weight;
             beta[slot] += weight;
-            let gain = p * h.transpose() * s_inv;
+            let gain = p * seen(d).transpose() * s_inv;
             hypotheses[r].push((weight, wide(&bank.modes[r].mean) + gain * nu, p - gain * s * gain.transpose()));
         }
     }
@@ -222,20 +267,38 @@ impl<const NX: usize> Bounds<NX> {
 
 fn is_the_definition<const NX: usize, const NZ: usize, const MODES: usize>(case: &Case) -> TestCaseResult {
     let (bank, detections) = (case.bank::<f64, NX, MODES>(), case.scan::<f64, NX, NZ>());
-    let got = update(bank, &case.sensor()?, &detections)?;
-    let truth = by_definition(&bank, case, &detections, &got.gated)?;
+    let got = update(bank, &case.sensor::<f64, NX, NZ>()?, &detections)?;
+    agree(case, &bank, &detections, &got)
+}
+
+/// Detections at times of their own; in single precision as well, for they have a correction of their own.
+fn is_the_definition_in_sectors<T: Real, const NX: usize, const NZ: usize, const MODES: usize>(case: &Case) -> TestCaseResult {
+    let (bank, detections) = (case.bank::<T, NX, MODES>(), case.sectors::<T, NX, NZ>());
+    let sensor = case.sensor::<T, NX, NZ>()?;
+    let got = update(bank, &sensor.with_model(Laid(sensor.model)), &detections)?;
+    agree(case, &bank, &detections, &got)
+}
+
+/// An update and the definition.
+fn agree<T: Real, const NX: usize, const NZ: usize, const MODES: usize>(
+    case: &Case,
+    bank: &ModeBank<T, NX, MODES>,
+    detections: &[Detection<T, NZ>],
+    got: &Outcome<T, NX, MODES>,
+) -> TestCaseResult {
+    let truth = by_definition(bank, case, detections, &got.gated)?;
     if got.gated.is_empty() {
-        prop_assert_eq!(got.bank, bank);
+        prop_assert_eq!(&got.bank, bank);
         return Ok(());
     }
     for r in 0..MODES {
         let bounds = Bounds::new(truth.exponents, truth.condition, &bank.modes[r], got.gated.len());
         for (got, want) in got.beta.iter().chain([&got.beta_0]).zip(truth.beta.iter().chain([&truth.beta_0])) {
-            prop_assert!((got - want).abs() <= bounds.probability, "β {got} for {want}");
+            prop_assert!((got.to_f64() - want).abs() <= bounds.probability, "β {got} for {want}");
         }
-        let (p, want) = (got.bank.prob[r], truth.prob[r]);
+        let (p, want) = (got.bank.prob[r].to_f64(), truth.prob[r]);
         prop_assert!((p - want).abs() <= bounds.probability, "μ_{r} {p} for {want}");
-        within("mean", &got.bank.modes[r].mean, &truth.modes[r].0, &bounds.mean)?;
+        within("mean", &wide(&got.bank.modes[r].mean), &truth.modes[r].0, &bounds.mean)?;
         within("covariance", &wide_cov(&got.bank.modes[r].cov), &truth.modes[r].1, &bounds.cov)?;
     }
     Ok(())
@@ -246,7 +309,7 @@ fn is_the_textbook<const NX: usize, const NZ: usize>(case: &Case) -> TestCaseRes
     let bank = case.bank::<f64, NX, 1>();
     let mut detections = case.scan::<f64, NX, NZ>();
     detections.iter_mut().for_each(|d| d.noise = None);
-    let got = update(bank, &case.sensor()?, &detections)?;
+    let got = update(bank, &case.sensor::<f64, NX, NZ>()?, &detections)?;
     let truth = by_definition(&bank, case, &detections, &got.gated)?;
     let (h, p) = (wide(&case.model::<f64, NX, NZ>().matrix), wide_cov(&bank.modes[0].cov));
     let s = h * p * h.transpose() + wide_cov(&case.model::<f64, NX, NZ>().noise);
@@ -373,6 +436,16 @@ proptest! {
         is_the_definition::<4, 2, 2>(&case)?;
         is_the_definition::<6, 3, 3>(&case)?;
         is_the_definition::<2, 1, 3>(&case)?;
+    }
+
+    #[test]
+    fn so_they_are_where_detections_have_times_of_their_own(case in cases()) {
+        is_the_definition_in_sectors::<f64, 4, 2, 1>(&case)?;
+        is_the_definition_in_sectors::<f64, 4, 2, 2>(&case)?;
+        is_the_definition_in_sectors::<f64, 6, 3, 3>(&case)?;
+        is_the_definition_in_sectors::<f64, 2, 1, 3>(&case)?;
+        is_the_definition_in_sectors::<f32, 4, 2, 2>(&case)?;
+        is_the_definition_in_sectors::<f32, 6, 3, 3>(&case)?;
     }
 
     #[test]

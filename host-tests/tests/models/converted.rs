@@ -23,6 +23,7 @@ use proptest::test_runner::{TestCaseError, TestCaseResult};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::PI;
 
 /// Standard deviation of an angle in [`Located`] \[rad\]: small, so that the debias is.
 const ANGLE: f64 = 1e-4;
@@ -187,6 +188,22 @@ fn exact_without_errors<T: Real>(z: [f64; 3]) -> TestCaseResult {
     Ok(())
 }
 
+/// π + x and −π + x are one azimuth, in position and covariance, whatever side of the seam it was reported on.
+fn one_across_the_seam<T: Real>(case: &Case, x: f64) -> TestCaseResult {
+    let [range, _, elevation] = case.truth;
+    let at = |azimuth: f64| case.polar::<T>([range, azimuth, elevation]);
+    let (a, b) = (at(x + PI), at(x - PI));
+    for (a, b) in [(a.linear(), b.linear()), (a.debiased(), b.debiased())] {
+        // Either azimuth is rounded at π, and its sine and cosine to one ε; the covariance holds products of these.
+        let rounding = 16.0 * T::EPSILON.to_f64();
+        let [p, q] = [a, b].map(|c| wide(&SVector::from(c.position)));
+        within("position", &p, &q, &Vector3::repeat(rounding * p.norm()))?;
+        let [c, d] = [a, b].map(|c| wide_cov(&c.cov));
+        within("covariance", &c, &d, &Matrix3::repeat(rounding * c.trace()))?;
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -194,6 +211,12 @@ proptest! {
     fn locating_inverts_observing(scene in scenes()) {
         every_radar::<f32>(&scene, &Located)?;
         every_radar::<f64>(&scene, &Located)?;
+    }
+
+    #[test]
+    fn the_seam_of_azimuth_is_nowhere(x in -0.1..0.1f64, case in prop::sample::select(CASES.to_vec())) {
+        one_across_the_seam::<f32>(&case, x)?;
+        one_across_the_seam::<f64>(&case, x)?;
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! | `jacobian` | central differences |
 //! | `innovation` | `innovation_dense` |
 //! | `residual` | sine and cosine of the difference; the same scene turned by half a turn |
+//! | folded range-rate | the phase of the difference; where the fold is uncertain, Monte Carlo with fixed seeds |
 //! | all of them | finite at the sensor itself and on its vertical axis |
 
 use crate::derivative;
@@ -22,6 +23,9 @@ use boresight::symmetric::Symmetric;
 use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestCaseResult};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::PI;
 
 /// The error of each measured coordinate, in ε: the matrix of the mounting is good to about four, and with it d to eight
@@ -109,10 +113,18 @@ impl<T: Real> Law<T> for DenseForm {
     fn hold<const NX: usize, const NZ: usize, const AXES: usize, const STRIDE: usize>(
         &self,
         radar: &Radar<T, NZ, AXES, STRIDE>,
-        _components: &[Component; NZ],
+        components: &[Component; NZ],
         scene: &Scene,
     ) -> TestCaseResult {
-        dense_form(radar, &scene.target::<T, NX>(AXES, STRIDE))
+        dense_form(radar, &scene.target::<T, NX>(AXES, STRIDE))?;
+        // An uncertain fold, and a certain one: the spread is some 100 m/s.
+        for speed in [30.0, 3e4] {
+            match radar.with_unambiguous_speed(T::lit(speed)) {
+                Ok(radar) => dense_form(&radar, &scene.target::<T, NX>(AXES, STRIDE))?,
+                Err(error) => prop_assert_eq!((error, components.contains(&RangeRate)), (ConfigError::NoRangeRate, false)),
+            }
+        }
+        Ok(())
     }
 }
 
@@ -216,6 +228,101 @@ fn across_the_seam<T: Real>(draws: &[f64], azimuth: f64, nu: f64) -> TestCaseRes
     within("turned", &wide(&west.mean), &-wide(&east.mean), &bound)
 }
 
+/// A radar that measures range-rate modulo 2 `speed`, and range.
+fn pulse_doppler<T: Real>(speed: f64) -> Result<Radar<T, 2, 2, 2>, ConfigError> {
+    let noise = Symmetric::from_diagonal([400.0, 1.0].map(T::lit));
+    Radar::new([Range, RangeRate], noise)?.with_unambiguous_speed(T::lit(speed))
+}
+
+/// Range-rate in (−V, V] and of the same phase; the range as ever; predictions are not folded.
+fn folded<T: Real>(a: f64, b: f64, speed: f64) -> TestCaseResult {
+    let (radar, v) = (pulse_doppler::<T>(speed)?, T::lit(speed));
+    let [z, z_hat] = [a, b].map(|v| SVector::<T, 2>::repeat(T::lit(v)));
+    let nu = MeasurementModel::<T, 4, 2>::residual(&radar, &z, &z_hat);
+    prop_assert!(nu[1] > -v && nu[1] <= v, "{}", nu[1]);
+    prop_assert_eq!(nu[0], z[0] - z_hat[0]);
+    prop_assert_eq!(MeasurementModel::<T, 4, 2>::difference(&radar, &z, &z_hat), z - z_hat);
+    let [phase, exact] = [nu[1].to_f64(), z[1].to_f64() - z_hat[1].to_f64()].map(|rate| PI * rate / v.to_f64());
+    // The difference, the intervals taken off and the sum are rounded, all of the size of the difference or of V.
+    let bound = 4.0 * T::EPSILON.to_f64() * PI * (1.0 + exact.abs() / PI) + 4.0 * f64::EPSILON * exact.abs();
+    prop_assert!((phase.sin() - exact.sin()).abs() <= bound && (phase.cos() - exact.cos()).abs() <= bound, "{a} − {b}: {}", nu[1]);
+    Ok(())
+}
+
+/// As long as the fold is certain a folded measurement corrects as the whole one does; else it leaves all but the range alone.
+fn unfolded_by_prediction<T: Real>(draws: &[f64], speed: f64, folds: i32, nu: f64) -> TestCaseResult {
+    let radar = pulse_doppler::<T>(speed)?;
+    let whole = Radar::<T, 2, 2, 2>::new([Range, RangeRate], Symmetric::from_diagonal([400.0, 1.0].map(T::lit)))?;
+    let scattered = gaussian::<T, 4>(draws, 0.0, 10.0);
+    let g = Gaussian::new(SVector::from([3e3, 40.0, 4e3, -100.0]).map(T::lit), scattered.cov);
+    let (folded, plain) = (radar.innovation(&g), whole.innovation(&g));
+    prop_assert_eq!(folded.z_hat, plain.z_hat);
+    prop_assert_eq!(folded.cross.column(0), plain.cross.column(0));
+    let variance = plain.spread.upper()[1][1] + T::ONE;
+    if T::lit(9.0) * variance > T::lit(speed * speed) {
+        prop_assert!(folded.cross.column(1).iter().all(|g| *g == T::ZERO));
+        let spread = folded.spread.upper();
+        let rounding = 4.0 * T::EPSILON.to_f64() * speed * speed;
+        prop_assert!((spread[1][1].to_f64() - speed * speed / 3.0).abs() <= rounding, "{}", spread[1][1]);
+        prop_assert_eq!((spread[0][0], spread[0][1]), (plain.spread.upper()[0][0], T::ZERO));
+        return Ok(());
+    }
+    prop_assert_eq!((folded.cross, folded.spread, folded.density.s_inv), (plain.cross, plain.spread, plain.density.s_inv));
+    let true_rate = plain.z_hat[1] + T::lit(nu * speed);
+    let measured = true_rate + T::lit(2.0 * speed * f64::from(folds));
+    let [got, want] = [measured, true_rate].map(|rate| SVector::from([plain.z_hat[0], rate]));
+    let got = MeasurementModel::<T, 4, 2>::residual(&radar, &got, &folded.z_hat);
+    let want = MeasurementModel::<T, 4, 2>::residual(&whole, &want, &plain.z_hat);
+    let size = plain.z_hat[1].to_f64().abs() + 2.0 * speed * f64::from(folds.abs() + 1);
+    within("ν", &wide(&got), &wide(&want), &SVector::from([0.0, 4.0 * T::EPSILON.to_f64() * size]))
+}
+
+/// A range-rate folded more than once is uniform over its interval and tells nothing of the state: the moments that a radar
+/// predicts are those of a sample.
+#[test]
+fn an_uncertain_fold_is_predicted_by_its_moments() -> Result<(), TestCaseError> {
+    const RUNS: usize = 100_000;
+    let radar = pulse_doppler::<f64>(20.0)?;
+    let deviation = SVector::from([50.0, 40.0, 50.0, 40.0]);
+    let g = Gaussian::new(SVector::from([3e3, 40.0, 4e3, -100.0]), Symmetric::from_diagonal(deviation.map(|s| s * s).into()));
+    let innovation = radar.innovation(&g);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let samples: Vec<(SVector<f64, 4>, f64)> = (0..RUNS)
+        .map(|_| {
+            let x = g.mean + SVector::from_fn(|i, _| deviation[i] * normal());
+            let z = MeasurementModel::<f64, 4, 2>::observe(&radar, &x) + SVector::from([20.0 * normal(), normal()]);
+            (x, MeasurementModel::<f64, 4, 2>::residual(&radar, &z, &innovation.z_hat)[1])
+        })
+        .collect();
+    let n = RUNS as f64;
+    let variance = samples.iter().map(|(_, nu)| nu * nu).sum::<f64>() / n;
+    // The sensor's own noise of 1 m²/s² is counted beside the interval. ν² of a uniform ν has variance 4 V⁴ / 45.
+    let error = (4.0 / 45.0f64).sqrt() * 400.0 / n.sqrt();
+    let predicted = innovation.spread.upper()[1][1];
+    prop_assert!((variance - predicted).abs() < 5.0 * error, "{variance} for {predicted} ± {error}");
+    for i in 0..4 {
+        let correlation = samples.iter().map(|(x, nu)| (x[i] - g.mean[i]) / deviation[i] * nu).sum::<f64>() / n / variance.sqrt();
+        prop_assert!(correlation.abs() < 5.0 / n.sqrt(), "{i}: {correlation}");
+        prop_assert_eq!(innovation.cross[(i, 1)], 0.0);
+    }
+    Ok(())
+}
+
+#[test]
+fn an_unambiguous_speed_is_positive_and_of_a_range_rate() {
+    let error = |speed: f32| pulse_doppler::<f32>(f64::from(speed)).err();
+    assert_eq!(error(20.0), None);
+    for speed in [0.0, -0.0, -1.0] {
+        assert_eq!(error(speed), Some(ConfigError::NotPositive));
+    }
+    for speed in [f32::NAN, f32::INFINITY, f32::MAX] {
+        assert_eq!(error(speed), Some(ConfigError::NotFinite));
+    }
+    let radar = Radar::<f32, 1, 2, 2>::new([Range], Symmetric::from_diagonal([1.0]));
+    assert_eq!(radar.and_then(|r| r.with_unambiguous_speed(20.0)).err(), Some(ConfigError::NoRangeRate));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -258,6 +365,18 @@ proptest! {
         let near = |v: f64| if seam { (PI - 1e-3 * v.abs()).copysign(v) } else { v };
         wrapped::<f32>(near(a), near(b))?;
         wrapped::<f64>(near(a), near(b))?;
+    }
+
+    #[test]
+    fn range_rates_fold(a in -2e3..2e3f64, b in -300.0..300.0f64, speed in 5.0..200.0f64) {
+        folded::<f32>(a, b, speed)?;
+        folded::<f64>(a, b, speed)?;
+    }
+
+    #[test]
+    fn the_prediction_unfolds_what_it_can(draws in draws(), speed in 10.0..150.0f64, folds in -3..4i32, nu in -0.99..0.99f64) {
+        unfolded_by_prediction::<f32>(&draws, speed, folds, nu)?;
+        unfolded_by_prediction::<f64>(&draws, speed, folds, nu)?;
     }
 
     #[test]

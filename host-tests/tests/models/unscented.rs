@@ -180,6 +180,23 @@ fn linear_systems<T: Real>(draws: &[f64]) -> TestCaseResult {
     Ok(())
 }
 
+/// Sigma points that lie whole intervals of a folded range-rate apart look alike to the radar: the prediction must not take
+/// them for one, and knows that it cannot unfold.
+#[test]
+fn whole_folds_apart_is_not_together() -> Result<(), TestCaseError> {
+    let (v, deviation) = (20.0, 40.0);
+    let noise = Symmetric::from_diagonal([400.0, 1.0]);
+    let model = Radar::<f64, 2, 2, 2>::new([Range, RangeRate], noise)?.with_unambiguous_speed(v)?;
+    // n + λ = 1: the points are one deviation, one interval of 2 V, from the mean.
+    let scaling = Scaling::new::<4>(0.5, 2.0, 0.0)?;
+    let cov = Symmetric::from_diagonal([25.0, deviation * deviation, 25.0, deviation * deviation]);
+    let g = Gaussian::new(SVector::from([5e3, 0.0, 0.0, 0.0]), cov);
+    let innovation = Unscented { model, scaling }.innovation(&g);
+    prop_assert!(innovation.cross.column(1).iter().all(|g| *g == 0.0));
+    prop_assert!((innovation.spread.upper()[1][1] - v * v / 3.0).abs() < 1e-9, "{:?}", innovation.spread);
+    Ok(())
+}
+
 proptest! {
     #[test]
     fn on_linear_models_it_is_the_kalman_filter(draws in draws()) {

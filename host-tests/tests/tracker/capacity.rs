@@ -6,12 +6,14 @@
 //! tracks      after = before + started − evicted − deleted − duplicates ≤ TRACKS
 //! ```
 
-use crate::{TrackerState, alive, balance, positions, tracker, two_points};
+use crate::{TrackerState, balance, joint_tracker, positions, tracker, two_points};
+use boresight::association::Jpda;
 use boresight::initiation::Rule;
 use boresight::scalar::Real;
 use boresight::scan::{Detection, Scan};
 use boresight::time::Instant;
-use boresight::track::{Logic, Status};
+use boresight::track::{Existence, Logic, Status};
+use boresight::tracker::Tracker;
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestCaseResult};
 
@@ -31,42 +33,52 @@ fn plots<T: Real>(scan: &[((i8, i8), Option<f64>)]) -> Vec<Detection<T, 2>> {
     scan.iter().map(plot).collect()
 }
 
-fn accounts<T: Real, const TRACKS: usize, const DETS: usize>(scans: &Scans, rule: Rule<T>) -> TestCaseResult {
-    let tracker = tracker::<T, TRACKS, DETS>(Logic::new(2, 3, 2)?, rule)?;
-    let (sensor, mut state) = (positions::<T>(0.9)?, TrackerState::new());
+fn accounts<T: Real, K: Tracker<T, 6, 2>>(tracker: &K, [slots, room]: [usize; 2], scans: &Scans, rule: Rule<T>) -> TestCaseResult {
+    let (sensor, mut state) = (positions::<T>(0.9)?, K::State::default());
+    let alive = |state: &K::State| tracker.tracks(state).count();
     for (k, scan) in scans.iter().enumerate() {
         let before = alive(&state);
         let plots = plots::<T>(scan);
         let report = tracker.step(&mut state, &sensor, &Scan::new(Instant::from_millis(1000 * k as u64), &plots))?;
-        prop_assert_eq!(usize::from(report.detections), plots.len().min(DETS));
+        prop_assert_eq!(usize::from(report.detections), plots.len().min(room));
         prop_assert_eq!(usize::from(report.detections) + usize::from(report.detections_dropped), plots.len());
         prop_assert!(report.detections_unclaimed <= report.detections);
         prop_assert_eq!(alive(&state) as i64, balance(before, &report));
-        prop_assert!(alive(&state) <= TRACKS);
+        prop_assert!(alive(&state) <= slots);
         prop_assert!(report.tracks_evicted <= report.births);
         match rule {
             Rule::Off => prop_assert_eq!(report.births + report.births_refused, 0),
             Rule::OnePoint => prop_assert_eq!(report.births + report.births_refused, report.detections_unclaimed),
-            // One birth for every partner, and room for DETS of those.
+            // One birth for every partner, and room for so many of those.
             Rule::TwoPoint { .. } => {
-                prop_assert!(usize::from(report.births + report.births_refused) <= usize::from(report.detections_unclaimed) * DETS);
+                prop_assert!(usize::from(report.births + report.births_refused) <= usize::from(report.detections_unclaimed) * room);
             }
         }
         let complete = report.detections_dropped + report.seeds_dropped + report.births_refused + report.tracks_evicted == 0;
-        prop_assert_eq!(report.is_complete(), complete && report.numeric_resets == 0);
+        let exact = report.clusters_bounded + report.clusters_approximated + report.clusters_infeasible == 0;
+        prop_assert_eq!(report.is_complete(), complete && exact && report.numeric_resets == 0);
+    }
+    Ok(())
+}
+
+fn both_trackers<T: Real, const TRACKS: usize, const DETS: usize>(scans: &Scans) -> TestCaseResult {
+    let [birth, lifetime, confirm, delete] = [0.1, 10.0, 0.5, 0.05].map(T::lit);
+    let existence = Existence { birth, lifetime, confirm, delete };
+    for rule in [Rule::Off, Rule::OnePoint, two_points()] {
+        for logic in [Logic::new(2, 3, 2)?, Logic::existence(existence)?] {
+            accounts(&tracker::<T, TRACKS, DETS>(logic, rule)?, [TRACKS, DETS], scans, rule)?;
+            accounts(&joint_tracker::<T, _, TRACKS, DETS>(logic, rule, Jpda::<64>::new())?, [TRACKS, DETS], scans, rule)?;
+        }
     }
     Ok(())
 }
 
 fn every_capacity<T: Real>(scans: &Scans) -> TestCaseResult {
-    for rule in [Rule::Off, Rule::OnePoint, two_points()] {
-        accounts::<T, 1, 1>(scans, rule)?;
-        accounts::<T, 1, 5>(scans, rule)?;
-        accounts::<T, 5, 1>(scans, rule)?;
-        accounts::<T, 3, 4>(scans, rule)?;
-        accounts::<T, 16, 8>(scans, rule)?;
-    }
-    Ok(())
+    both_trackers::<T, 1, 1>(scans)?;
+    both_trackers::<T, 1, 5>(scans)?;
+    both_trackers::<T, 5, 1>(scans)?;
+    both_trackers::<T, 3, 4>(scans)?;
+    both_trackers::<T, 16, 8>(scans)
 }
 
 /// The numbers of the detections that make tracks in an empty tracker with room for `DETS`, in order of birth.

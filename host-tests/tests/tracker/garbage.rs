@@ -4,12 +4,11 @@
 //! A scan is refused or taken in. If it is taken in, the report balances and everything that can be read from the state is
 //! finite: densities with non-negative variances, probabilities that sum to one, identities that are given once.
 
-use crate::{alive, balance};
-use boresight::association::Gate;
-use boresight::error::ScanError;
+use crate::balance;
+use boresight::association::{Gate, Jpda};
+use boresight::error::{ConfigError, ScanError};
 use boresight::gaussian::Gaussian;
 use boresight::initiation::{Initiation, Rule};
-use boresight::mode::{JumpMatrix, ModeSet};
 use boresight::model::MeasurementModel;
 use boresight::model::motion::{ConstantAcceleration, ConstantVelocity, ProcessNoise, Singer};
 use boresight::model::position::Position;
@@ -20,8 +19,8 @@ use boresight::scan::{Detection, Scan};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::{Duration, Instant};
-use boresight::track::Logic;
-use boresight::tracker::{ImmPdaf, State};
+use boresight::track::{Existence, Logic};
+use boresight::tracker::{ImmJpda, ImmPdaf, Tracker};
 use nalgebra::SVector;
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestCaseResult};
@@ -30,7 +29,7 @@ use rand_chacha::ChaCha8Rng;
 
 const TRACKS: usize = 5;
 const DETS: usize = 6;
-/// Of each set of modes, so many states are thrown so many scans: 25,000 in all.
+/// Of each tracker, so many states are thrown so many scans: 25,000 in all.
 const LIVES: u64 = 250;
 const SCANS: usize = 100;
 
@@ -97,19 +96,19 @@ struct Tally {
 }
 
 /// A tracker, its state, and the world it lives in.
-struct Life<M, const NX: usize, const MODES: usize> {
-    tracker: ImmPdaf<f32, M, NX, MODES, TRACKS, DETS>,
-    state: State<f32, NX, MODES, TRACKS, DETS>,
+struct Life<K: Tracker<f32, NX, MODES>, const NX: usize, const MODES: usize> {
+    tracker: K,
+    state: K::State,
     rng: ChaCha8Rng,
     time: u64,
     last_id: u32,
     tally: Tally,
 }
 
-impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const MODES: usize> Life<M, NX, MODES> {
+impl<K: Tracker<f32, NX, MODES>, const NX: usize, const MODES: usize> Life<K, NX, MODES> {
     /// Detections of nothing, of anything, and on top of the first track.
     fn plots<S: MeasurementModel<f32, NX, NZ>, const NZ: usize>(&mut self, model: &S) -> Vec<Detection<f32, NZ>> {
-        let target = self.state.tracks().next().map(|t| model.observe(&t.bank().modes[0].mean));
+        let target = self.tracker.tracks(&self.state).next().map(|t| model.observe(&t.bank().modes[0].mean));
         let rng = &mut self.rng;
         let mut plot = || {
             let z = match target {
@@ -148,7 +147,7 @@ impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const MODES: usize> Life<M, NX
     fn scan<S: MeasurementModel<f32, NX, NZ>, const NZ: usize>(&mut self, model: S) -> TestCaseResult {
         let plots = self.plots(&model);
         let sensor = sensor::<S, NZ>(&mut self.rng, model)?;
-        let before = alive(&self.state);
+        let before = self.tracker.tracks(&self.state).count();
         let scan = Scan::new(Instant::from_micros(self.time), &plots);
         let report = match self.tracker.step(&mut self.state, &sensor, &scan) {
             Ok(report) => report,
@@ -163,19 +162,20 @@ impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const MODES: usize> Life<M, NX
             }
         };
         prop_assert_eq!(usize::from(report.detections) + usize::from(report.detections_dropped), plots.len());
-        prop_assert_eq!(alive(&self.state) as i64, balance(before, &report), "{:?}", report);
+        prop_assert_eq!(self.tracker.tracks(&self.state).count() as i64, balance(before, &report), "{:?}", report);
         self.last_id += u32::from(report.births);
-        let mut ids: Vec<_> = self.state.tracks().filter_map(|t| t.id()).map(|id| id.number()).collect();
+        let mut ids: Vec<_> = self.tracker.tracks(&self.state).filter_map(|t| t.id()).map(|id| id.number()).collect();
         ids.sort_unstable();
         prop_assert!(ids.windows(2).all(|pair| pair[0] < pair[1]) && ids.last().is_none_or(|id| *id <= self.last_id), "{ids:?}");
-        for track in self.state.tracks() {
+        for track in self.tracker.tracks(&self.state) {
             let bank = track.bank();
             prop_assert!(bank.is_valid(), "{bank:?}\nafter {report:?}");
             let sum: f32 = bank.prob.iter().sum();
             // Normalised in every update: MODES products and their sum.
             prop_assert!((sum - 1.0).abs() <= 2.0 * MODES as f32 * f32::EPSILON, "{:?}", bank.prob);
+            prop_assert!((0.0..=1.0).contains(&track.existence()), "existence {}", track.existence());
         }
-        for estimate in self.state.estimates() {
+        for estimate in self.tracker.estimates(&self.state) {
             let finite = estimate.state.mean.iter().all(|v| v.is_finite()) && estimate.state.cov.is_finite();
             prop_assert!(finite, "{estimate:?}\nafter {report:?}");
         }
@@ -187,27 +187,27 @@ impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const MODES: usize> Life<M, NX
     }
 }
 
-/// Many lives of a tracker with these modes, under all kinds of rules; `look` makes one scan by a sensor of its choice.
-fn survives<M: ModeSet<f32, NX, MODES> + Copy, const NX: usize, const MODES: usize>(
-    modes: M,
-    jump: JumpMatrix<f32, MODES>,
-    look: impl Fn(&mut Life<M, NX, MODES>) -> TestCaseResult,
+/// Many lives of a tracker made by `make`, under all kinds of rules; `look` makes one scan by a sensor of its choice.
+fn survives<K: Tracker<f32, NX, MODES>, const NX: usize, const MODES: usize>(
+    make: impl Fn(Logic<f32>, Initiation<f32, NX>) -> Result<K, ConfigError>,
+    look: impl Fn(&mut Life<K, NX, MODES>) -> TestCaseResult,
 ) -> TestCaseResult {
     let mut tally = Tally::default();
     for seed in 0..LIVES {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let logic = match seed % 4 {
+        let logic = match seed % 5 {
             0 => Logic::unmanaged(),
             1 => Logic::new(2, 3, 3)?,
             2 => Logic::new(1, 1, 32)?.with_position_limit(1e4)?.with_duplicate_distance(0.0)?,
-            _ => Logic::new(20, 32, 10)?,
+            3 => Logic::new(20, 32, 10)?,
+            _ => Logic::existence(Existence { birth: 0.1, lifetime: 10f32.powf(rng.random_range(-3.0..9.0)), confirm: 0.9, delete: 1e-6 })?,
         };
         let pairs = Rule::TwoPoint { max_speed: 1e4, max_gap: Duration::from_millis(20_000) };
         let rule = if seed % 3 == 0 { Rule::OnePoint } else { pairs };
         let variance = [0; NX].map(|_| 10f32.powf(rng.random_range(-6.0..6.0)));
         let prior = Gaussian::new(SVector::zeros(), Symmetric::from_diagonal(variance));
-        let tracker = ImmPdaf::new(modes, jump, [1.0 / MODES as f32; MODES], logic)?.with_initiation(Initiation::new(rule, prior)?);
-        let mut life = Life { tracker, state: State::new(), rng, time: 0, last_id: 0, tally };
+        let tracker = make(logic, Initiation::new(rule, prior)?)?;
+        let mut life = Life { tracker, state: K::State::default(), rng, time: 0, last_id: 0, tally };
         for k in 0..SCANS {
             life.time = life.time.saturating_add(gap(&mut life.rng));
             look(&mut life).map_err(|e| TestCaseError::fail(format!("life {seed}, scan {k}: {e}")))?;
@@ -220,23 +220,37 @@ fn survives<M: ModeSet<f32, NX, MODES> + Copy, const NX: usize, const MODES: usi
     Ok(())
 }
 
-#[test]
-fn straight_motion_in_the_plane() -> Result<(), TestCaseError> {
-    let quiet = ConstantVelocity::<f32, 2, 3>::new(ProcessNoise::Continuous(1.0))?;
-    let manoeuvre = ConstantAcceleration::<f32, 2>::new(ProcessNoise::Discrete(30.0))?;
-    survives::<_, 6, 2>((quiet, manoeuvre), [[0.9, 0.1], [0.1, 0.9]], |life| match life.rng.random_range(0..4) {
+/// In the plane: what both trackers are thrown.
+fn any_sensor<K: Tracker<f32, 6, 2>>(life: &mut Life<K, 6, 2>) -> TestCaseResult {
+    match life.rng.random_range(0..4) {
         0 => life.positions::<2, 3>(),
         1 => life.radar::<1, 2, 3>([Azimuth]),
         2 => life.radar::<2, 2, 3>([Range, Azimuth]),
         _ => life.radar::<3, 2, 3>([RangeRate, Range, Azimuth]),
-    })
+    }
+}
+
+#[test]
+fn straight_motion_in_the_plane() -> Result<(), TestCaseError> {
+    let quiet = ConstantVelocity::<f32, 2, 3>::new(ProcessNoise::Continuous(1.0))?;
+    let manoeuvre = ConstantAcceleration::<f32, 2>::new(ProcessNoise::Discrete(30.0))?;
+    let (modes, jump, initial) = ((quiet, manoeuvre), [[0.9, 0.1], [0.1, 0.9]], [0.5; 2]);
+    let alone = |logic, initiation| Ok(ImmPdaf::<_, _, 6, 2, TRACKS, DETS>::new(modes, jump, initial, logic)?.with_initiation(initiation));
+    survives(alone, any_sensor)?;
+    let jpda = Jpda::<64>::new();
+    let joint =
+        |logic, initiation| Ok(ImmJpda::<_, _, 6, 2, TRACKS, DETS, _>::new(modes, jump, initial, logic, jpda)?.with_initiation(initiation));
+    survives(joint, any_sensor)
 }
 
 #[test]
 fn turns_that_never_jump() -> Result<(), TestCaseError> {
     let turn = |rate: f32| KnownTurn::<f32, 2>::new(rate, ProcessNoise::Continuous(0.5));
+    let turns = [turn(-0.1)?, turn(0.0)?, turn(0.3)?];
     let stay = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    survives::<_, 4, 3>([turn(-0.1)?, turn(0.0)?, turn(0.3)?], stay, |life| match life.rng.random_range(0..2) {
+    let make =
+        |logic, initiation| Ok(ImmPdaf::<_, _, 4, 3, TRACKS, DETS>::new(turns, stay, [1.0 / 3.0; 3], logic)?.with_initiation(initiation));
+    survives(make, |life| match life.rng.random_range(0..2) {
         0 => life.positions::<2, 2>(),
         _ => life.radar::<4, 2, 2>([Range, Azimuth, RangeRate, Elevation]),
     })
@@ -246,7 +260,11 @@ fn turns_that_never_jump() -> Result<(), TestCaseError> {
 fn turns_of_unknown_rate() -> Result<(), TestCaseError> {
     let quiet = ConstantVelocity::<f32, 2>::new(ProcessNoise::Continuous(0.0))?;
     let turn = UnknownTurn::<f32, 2>::new(ProcessNoise::Continuous(1.0), ProcessNoise::Continuous(1e-2))?;
-    survives::<_, 5, 2>((quiet, turn), [[0.95, 0.05], [0.05, 0.95]], |life| match life.rng.random_range(0..3) {
+    let jump = [[0.95, 0.05], [0.05, 0.95]];
+    let make = |logic, initiation| {
+        Ok(ImmPdaf::<_, _, 5, 2, TRACKS, DETS>::new((quiet, turn), jump, [0.5; 2], logic)?.with_initiation(initiation))
+    };
+    survives(make, |life| match life.rng.random_range(0..3) {
         0 => life.positions::<2, 2>(),
         1 => life.radar::<2, 2, 2>([Azimuth, Range]),
         _ => life.radar::<1, 2, 2>([RangeRate]),
@@ -257,7 +275,11 @@ fn turns_of_unknown_rate() -> Result<(), TestCaseError> {
 fn manoeuvres_in_space() -> Result<(), TestCaseError> {
     let singer = Singer::<f32, 3>::new(20.0, 10.0)?;
     let jerk = ConstantAcceleration::<f32, 3>::new(ProcessNoise::Continuous(100.0))?;
-    survives::<_, 9, 2>((singer, jerk), [[1.0, 0.0], [0.2, 0.8]], |life| match life.rng.random_range(0..4) {
+    let jump = [[1.0, 0.0], [0.2, 0.8]];
+    let make = |logic, initiation| {
+        Ok(ImmPdaf::<_, _, 9, 2, TRACKS, DETS>::new((singer, jerk), jump, [0.5; 2], logic)?.with_initiation(initiation))
+    };
+    survives(make, |life| match life.rng.random_range(0..4) {
         0 => life.positions::<3, 3>(),
         1 => life.radar::<2, 3, 3>([Azimuth, Elevation]),
         2 => life.radar::<3, 3, 3>([Range, Azimuth, Elevation]),

@@ -10,11 +10,12 @@ use boresight::initiation::Rule;
 use boresight::model::radar::Component::{Azimuth, Range, RangeRate};
 use boresight::model::radar::{Component, Mount, Radar};
 use boresight::scalar::Real;
-use boresight::scan::{Detection, Scan};
+use boresight::scan::{Detection, Estimate, Scan};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
 use boresight::track::{Logic, Status, TrackId};
+use boresight::tracker::State;
 use nalgebra::{Matrix2, Vector2};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestCaseResult};
@@ -26,22 +27,22 @@ use rand_distr::{Distribution, Poisson, StandardNormal};
 const ON_TARGET: f64 = 27.6;
 /// Half the side of the square that clutter falls in \[m\].
 const HALF: f64 = 10_000.0;
-const P_DETECT: f64 = 0.9;
+pub const P_DETECT: f64 = 0.9;
 
 /// A target at constant velocity.
 #[derive(Clone, Copy)]
-struct Target {
-    start: Vector2<f64>,
-    velocity: Vector2<f64>,
+pub struct Target {
+    pub start: Vector2<f64>,
+    pub velocity: Vector2<f64>,
 }
 
 impl Target {
-    fn at(&self, seconds: f64) -> Vector2<f64> {
+    pub fn at(&self, seconds: f64) -> Vector2<f64> {
         self.start + self.velocity * seconds
     }
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
@@ -53,11 +54,16 @@ fn normalised_error<T: Real>(g: &Gaussian<T, 6>, truth: Vector2<f64>) -> f64 {
 }
 
 /// The confirmed track on the target.
-fn on_target<T: Real, const TRACKS: usize, const DETS: usize>(
-    state: &TrackerState<T, TRACKS, DETS>,
+pub fn on_target<T: Real, X, const TRACKS: usize, const DETS: usize>(
+    state: &State<T, 6, 2, TRACKS, DETS, X>,
     truth: Vector2<f64>,
 ) -> Option<TrackId> {
-    let found = state.estimates().filter(|e| e.status != Status::Tentative);
+    first_on_target(state.estimates(), truth)
+}
+
+/// The eldest confirmed track on the target.
+pub fn first_on_target<T: Real>(estimates: impl Iterator<Item = Estimate<T, 6>>, truth: Vector2<f64>) -> Option<TrackId> {
+    let found = estimates.filter(|e| e.status != Status::Tentative);
     found.filter(|e| normalised_error(&e.state, truth) < ON_TARGET).map(|e| e.id).min()
 }
 
@@ -116,10 +122,10 @@ fn one_point_finds_targets_in_clutter() -> Result<(), TestCaseError> {
     Ok(())
 }
 
-type RadarSensor<T, const NZ: usize> = UniformSensor<Radar<T, NZ, 2, 3>, T>;
+pub type RadarSensor<T, const NZ: usize> = UniformSensor<Radar<T, NZ, 2, 3>, T>;
 
 /// Standard deviations of 20 m, 2 mrad and 1 m/s, in little clutter.
-fn radar<T: Real, const NZ: usize>(components: [Component; NZ], mount: Mount<T>) -> Result<RadarSensor<T, NZ>, TestCaseError> {
+pub fn radar<T: Real, const NZ: usize>(components: [Component; NZ], mount: Mount<T>) -> Result<RadarSensor<T, NZ>, TestCaseError> {
     let deviation = components.map(|c| match c {
         Range => 20.0,
         Azimuth | Component::Elevation => 2e-3,
@@ -131,7 +137,7 @@ fn radar<T: Real, const NZ: usize>(components: [Component; NZ], mount: Mount<T>)
 }
 
 /// What a radar at `place` measures of a target, with errors.
-fn measure<T: Real, const NZ: usize>(
+pub fn measure<T: Real, const NZ: usize>(
     components: [Component; NZ],
     place: Vector2<f64>,
     target: &Target,

@@ -25,7 +25,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
-pub use tracker::{GateConfig, InitiationRule, StateKind, TrackerConfig};
+pub use tracker::{AssociationKind, GateConfig, InitiationRule, LifePolicy, StateKind, TrackerConfig};
 
 /// Most characters of a quoted line.
 const QUOTED: usize = 60;

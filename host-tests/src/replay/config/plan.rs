@@ -9,12 +9,13 @@
 //! modes            constant velocity with densities v² 1e-4/s (steady) and v² 5e-3/s (manoeuvring)
 //! acceleration_std v / 10 s
 //! position_limit   6 % of L,   min_travel  2 % of L
+//! misses           scans of all these sensors within 8 s, but 5 to 32: one target may hide another for so long
 //! ```
 //!
 //! At a reach of 500 m: 10 m/s, densities 0.01 and 0.5 m²/s³, 1 m/s², 30 m and 10 m.
 
 use super::mode::ModeConfig;
-use super::tracker::{GateConfig, InitiationRule, StateKind, TrackerConfig};
+use super::tracker::{AssociationKind, GateConfig, InitiationRule, LifePolicy, StateKind, TrackerConfig};
 use super::{Config, not_negative, positive};
 use crate::Failure;
 use crate::metrics::chi_square_quantile;
@@ -33,9 +34,14 @@ const USUAL_REACH: f64 = 500.0;
 /// The gap where no sensor tells one \[s\].
 const USUAL_GAP: f64 = 4.0;
 
+/// How long a confirmed track may go unseen \[s\].
+const HIDDEN: f64 = 8.0;
+
 /// All that makes up a tracker. The names are those of the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackerPlan {
+    /// How detections are given to tracks.
+    pub association: AssociationKind,
     /// The states of a track.
     pub state: StateKind,
     /// The sensors whose scans it takes in.
@@ -70,6 +76,16 @@ pub struct InitiationPlan {
 /// How tracks are confirmed and deleted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LifePlan {
+    /// How a target is told from clutter.
+    pub policy: LifePolicy,
+    /// Probability that the target of a new track exists.
+    pub birth: f64,
+    /// How long targets stay on average \[s\].
+    pub lifetime: f64,
+    /// The probability above which a track is confirmed.
+    pub confirm: f64,
+    /// The probability below which a track is deleted.
+    pub delete: f64,
     /// M: detections that confirm a track ..
     pub hits: u8,
     /// .. within N scans.
@@ -95,12 +111,15 @@ impl TrackerPlan {
         let sensors = sensors(text, recording)?;
         let reach = |name: &String| config.sensor(name).max_range.or_else(|| recording.farthest(name));
         let reach = largest(sensors.iter().filter_map(reach)).unwrap_or(USUAL_REACH);
-        let interval = largest(sensors.iter().filter_map(|name| recording.median_interval_s(name)));
+        let intervals: Vec<f64> = sensors.iter().filter_map(|name| recording.median_interval_s(name)).collect();
+        let interval = largest(intervals.iter().copied());
+        let scans_hidden = intervals.iter().filter(|interval| **interval > 0.0).map(|interval| HIDDEN / interval).sum();
         let initiation = InitiationPlan::complete(text, reach, interval.map_or(USUAL_GAP, |interval| 2.5 * interval));
         let usual_modes = || [1e-4, 5e-3].map(|rate| ModeConfig::straight(rate * initiation.max_speed.powi(2))).to_vec();
         let modes = text.modes.clone().unwrap_or_else(usual_modes);
         let count = modes.len();
         let plan = Self {
+            association: text.association.unwrap_or_default(),
             state: match text.state {
                 Some(state) => state,
                 None => seen_by(&sensors, recording)?,
@@ -110,7 +129,7 @@ impl TrackerPlan {
             modes,
             gate: text.gate.unwrap_or(GateConfig::Probability(0.99)),
             initiation,
-            life: LifePlan::complete(text, reach),
+            life: LifePlan::complete(text, reach, scans_hidden),
             sensors,
         };
         plan.check()?;
@@ -205,12 +224,17 @@ impl InitiationPlan {
 }
 
 impl LifePlan {
-    fn complete(text: &TrackerConfig, reach: f64) -> Self {
+    fn complete(text: &TrackerConfig, reach: f64, scans_hidden: f64) -> Self {
         let text = &text.life;
         Self {
+            policy: text.policy.unwrap_or_default(),
+            birth: text.birth.unwrap_or(0.2),
+            lifetime: text.lifetime.unwrap_or(60.0),
+            confirm: text.confirm.unwrap_or(0.99),
+            delete: text.delete.unwrap_or(0.01),
             hits: text.hits.unwrap_or(7),
             window: text.window.unwrap_or(9),
-            misses: text.misses.unwrap_or(5),
+            misses: text.misses.unwrap_or(scans_hidden.clamp(5.0, 32.0).ceil() as u8),
             position_limit: text.position_limit.unwrap_or(0.06 * reach),
             duplicate_distance: text.duplicate_distance.unwrap_or(2.0),
             min_travel: text.min_travel.unwrap_or(0.02 * reach),
@@ -223,6 +247,12 @@ impl LifePlan {
         }
         if !(1..=32).contains(&self.misses) {
             return Err(Failure::at_field("misses", format!("{} is not 1 to 32", self.misses)));
+        }
+        positive("lifetime", self.lifetime)?;
+        for (name, p) in [("birth", self.birth), ("confirm", self.confirm), ("delete", self.delete)] {
+            if !(p > 0.0 && p < 1.0) {
+                return Err(Failure::at_field(name, format!("{p} is not between 0 and 1")));
+            }
         }
         positive("position_limit", self.position_limit)?;
         not_negative("duplicate_distance", self.duplicate_distance)?;

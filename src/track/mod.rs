@@ -1,22 +1,22 @@
 //! A track and its life: tentative, confirmed, coasting, gone.
 //!
-//! ```text
-//! tentative → confirmed   M hits in the last N scans that looked at it
-//! tentative → deleted     M hits in its first N scans have become impossible, or M of the last N are lost
-//! confirmed ⇄ coasting    the last scan missed / saw it
-//! any       → deleted     K misses in a row, or a position standard deviation beyond the limit
-//! ```
+//! The rules are in `track/logic.rs`: M-of-N, or integrated existence.
 //!
 //! A scan is a hit when the detections it gated are more probably the target's than not, 1 − β₀ > ½. A scan whose
-//! sensor does not look at the track (P_D below 0.05) counts neither way. Identities are given once: when all 2³² − 1 are used up,
-//! births are refused.
+//! sensor does not look at the track (P_D below 0.05) counts neither way. Identities are given once: when all 2³² − 1 are
+//! used up, births are refused.
 
-use crate::error::ConfigError;
+mod logic;
+
+pub use logic::{Existence, Logic};
+
 use crate::gaussian::Gaussian;
 use crate::mode::ModeBank;
 use crate::model::Layout;
 use crate::scalar::Real;
+use crate::scan::Estimate;
 use core::num::NonZeroU32;
+use logic::Policy;
 
 /// The identity of a track, never used for another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -46,71 +46,6 @@ pub enum Status {
     Coasting,
 }
 
-/// The rules of a track's life.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Logic<T> {
-    hits: u8,
-    window: u8,
-    misses: u8,
-    position_variance: T,
-    duplicate_distance: T,
-}
-
-impl<T: Real> Logic<T> {
-    /// Confirmed by `hits` (M) within `window` (N) scans, deleted after `misses` scans in a row without a hit.
-    ///
-    /// # Errors
-    /// Unless 1 ≤ M ≤ N ≤ 32 and `misses` ≥ 1.
-    pub fn new(hits: u8, window: u8, misses: u8) -> Result<Self, ConfigError> {
-        if hits == 0 || hits > window || window > 32 || misses == 0 || misses > 32 {
-            return Err(ConfigError::BadWindow);
-        }
-        Ok(Self { hits, window, misses, duplicate_distance: T::ONE, ..Self::unmanaged() })
-    }
-
-    /// Tracks are confirmed at once and live until the caller [`remove`](crate::tracker::State::remove)s them.
-    #[must_use]
-    pub fn unmanaged() -> Self {
-        Self { hits: 1, window: 1, misses: u8::MAX, position_variance: T::ONE / T::ZERO, duplicate_distance: T::ZERO }
-    }
-
-    /// Also deletes tracks whose position standard deviation, in any axis, exceeds `limit` \[m\].
-    ///
-    /// # Errors
-    /// Where the limit is not positive and finite.
-    pub fn with_position_limit(self, limit: T) -> Result<Self, ConfigError> {
-        if !limit.is_finite() {
-            return Err(ConfigError::NotFinite);
-        }
-        if limit <= T::ZERO {
-            return Err(ConfigError::NotPositive);
-        }
-        Ok(Self { position_variance: limit * limit, ..self })
-    }
-
-    /// Also deletes the younger of two tracks whose positions and velocities differ by less than `distance` on
-    /// average, in standard deviations. One is the default; zero never does.
-    ///
-    /// # Errors
-    /// Where the distance is negative or not finite.
-    pub fn with_duplicate_distance(self, distance: T) -> Result<Self, ConfigError> {
-        if !distance.is_finite() {
-            return Err(ConfigError::NotFinite);
-        }
-        if distance < T::ZERO {
-            return Err(ConfigError::NotPositive);
-        }
-        Ok(Self { duplicate_distance: distance, ..self })
-    }
-}
-
-impl<T: Real> Logic<T> {
-    pub(crate) fn deletes_duplicates(&self) -> bool {
-        self.duplicate_distance > T::ZERO
-    }
-}
-
 /// What a scan did to a track's life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
@@ -129,22 +64,25 @@ pub struct Track<T, const NX: usize, const MODES: usize> {
     /// Scans that looked, up to 255.
     age: u8,
     resets: u8,
+    /// r, the probability that the target exists: 1 unless the logic integrates it.
+    pub(crate) existence: T,
     pub(crate) bank: ModeBank<T, NX, MODES>,
 }
 
 impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
     /// A free slot.
-    pub(crate) const FREE: Self = Self { id: 0, confirmed: false, history: 0, age: 0, resets: 0, bank: ModeBank::ZERO };
+    pub(crate) const FREE: Self = Self { id: 0, confirmed: false, history: 0, age: 0, resets: 0, existence: T::ZERO, bank: ModeBank::ZERO };
 
     /// Born with `hits` hits behind it.
-    pub(crate) fn born(id: TrackId, hits: u8, bank: ModeBank<T, NX, MODES>) -> Self {
+    pub(crate) fn born(id: TrackId, hits: u8, logic: &Logic<T>, bank: ModeBank<T, NX, MODES>) -> Self {
         let history = (1u32 << hits.min(31)) - 1;
-        Self { id: id.number(), confirmed: false, history, age: hits, resets: 0, bank }
+        Self { id: id.number(), confirmed: false, history, age: hits, resets: 0, existence: logic.at_birth(), bank }
     }
 
     /// Confirmed from the start: a cue from elsewhere.
-    pub(crate) fn cued(id: TrackId, bank: ModeBank<T, NX, MODES>) -> Self {
-        Self { confirmed: true, history: u32::MAX, age: u8::MAX, ..Self::born(id, 0, bank) }
+    pub(crate) fn cued(id: TrackId, logic: &Logic<T>, bank: ModeBank<T, NX, MODES>) -> Self {
+        let born = Self::born(id, 0, logic, bank);
+        Self { confirmed: true, history: u32::MAX, age: u8::MAX, existence: logic.at_cue(), ..born }
     }
 
     /// Which track this is; `None` for a free slot.
@@ -175,32 +113,58 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
         self.history.trailing_zeros().min(u32::from(self.age))
     }
 
+    /// r, the probability that the target exists; 1 under M-of-N.
+    #[must_use]
+    pub fn existence(&self) -> T {
+        self.existence
+    }
+
+    /// What is known of the target, all modes combined; `None` for a free slot.
+    #[must_use]
+    pub fn estimate(&self) -> Option<Estimate<T, NX>> {
+        Some(Estimate { id: self.id()?, status: self.status(), existence: self.existence, state: self.bank.combined() })
+    }
+
     pub(crate) fn is_free(&self) -> bool {
         self.id == 0
     }
 
-    /// Takes in whether the last scan saw the track.
-    pub(crate) fn observe(&mut self, hit: bool, logic: &Logic<T>, layout: Layout) -> Change {
+    /// Takes in whether a scan that looked at the track saw it.
+    pub(crate) fn observe(&mut self, hit: bool) {
         self.history = self.history << 1 | u32::from(hit);
         self.age = self.age.saturating_add(1);
-        self.judge(logic, layout)
     }
 
-    /// Applies the rules to what has been seen.
+    /// Applies the rules to what is known.
     pub(crate) fn judge(&mut self, logic: &Logic<T>, layout: Layout) -> Change {
-        let window = u32::MAX >> (32 - u32::from(logic.window));
-        let hits = (self.history & window).count_ones();
-        let looked = u32::from(self.age.min(logic.window));
-        let hopeless = !self.confirmed && looked - hits.min(looked) > u32::from(logic.window - logic.hits);
-        if hopeless || self.misses() >= u32::from(logic.misses) || self.is_too_uncertain(logic, layout) {
+        let (lost, sure) = match logic.policy {
+            Policy::Count { hits, window, misses } => {
+                let seen = (self.history & u32::MAX >> (32 - u32::from(window))).count_ones();
+                let looked = u32::from(self.age.min(window));
+                let hopeless = !self.confirmed && looked - seen.min(looked) > u32::from(window - hits);
+                (hopeless || self.misses() >= u32::from(misses), seen >= u32::from(hits))
+            }
+            Policy::Existence(rules) => (self.existence < rules.delete, self.existence > rules.confirm),
+        };
+        if lost || self.is_too_uncertain(logic, layout) {
             *self = Self::FREE;
             return Change::Deleted;
         }
-        if !self.confirmed && hits >= u32::from(logic.hits) {
+        if !self.confirmed && sure {
             self.confirmed = true;
             return Change::Confirmed;
         }
         Change::None
+    }
+
+    /// How much a tentative track has lost since its birth: misses in a row, or existence. One that has lost nothing does
+    /// not give way to another birth, nor does a confirmed one.
+    pub(crate) fn loss(&self, logic: &Logic<T>) -> Option<T> {
+        let loss = match logic.policy {
+            Policy::Count { .. } => T::from_count(self.misses() as usize),
+            Policy::Existence(rules) => rules.birth - self.existence,
+        };
+        (!self.confirmed && loss > T::ZERO).then_some(loss)
     }
 
     /// Whether a position variance exceeds the logic's limit.
@@ -269,16 +233,18 @@ impl Identities {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::ConfigError;
 
     const LAYOUT: Layout = Layout { axes: 1, stride: 2 };
 
     fn life(pattern: &str) -> Result<(Status, Change), ConfigError> {
         let logic = Logic::<f64>::new(3, 4, 2)?;
         let id = Identities::new().next().ok_or(ConfigError::BadWindow)?;
-        let mut track = Track::<f64, 2, 1>::born(id, 1, ModeBank::ZERO);
+        let mut track = Track::<f64, 2, 1>::born(id, 1, &logic, ModeBank::ZERO);
         let mut last = Change::None;
         for c in pattern.chars() {
-            last = track.observe(c == '1', &logic, LAYOUT);
+            track.observe(c == '1');
+            last = track.judge(&logic, LAYOUT);
         }
         Ok((track.status(), last))
     }

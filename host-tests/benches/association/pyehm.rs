@@ -1,0 +1,59 @@
+//! PyEHM on the same problems, through `time_pyehm.py` beside this directory, where a Python has it.
+
+use crate::{AGREEMENT, Marginals, Measured};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::error::Error;
+use std::path::Path;
+use std::{env, fs, process};
+
+/// A problem as the script reads it; probabilities only where they are exact.
+#[derive(Serialize)]
+struct Problem<'a> {
+    name: String,
+    miss: &'a [f64],
+    hit: &'a [Vec<f64>],
+    marginals: Option<&'a Marginals>,
+}
+
+impl<'a> From<&'a Measured> for Problem<'a> {
+    fn from(measured: &'a Measured) -> Self {
+        let problem = &measured.problem;
+        let marginals = measured.exact().map(|run| &run.marginals);
+        Self { name: problem.name(), miss: &problem.miss, hit: &problem.hit, marginals }
+    }
+}
+
+/// What the script found.
+#[derive(Default, Deserialize)]
+pub struct Pyehm {
+    pub version: String,
+    /// Seconds of a call that has one track and one detection to associate: the way from Python and back
+    pub call: f64,
+    /// Seconds after which a problem is given up
+    pub limit: f64,
+    /// Seconds by the name of the problem; `None` where given up
+    pub seconds: HashMap<String, Option<f64>>,
+    /// The largest difference from our exact probabilities
+    difference: f64,
+}
+
+/// Nothing timed where there is no PyEHM: the script says why.
+pub fn run(all: &[Measured]) -> Result<Pyehm, Box<dyn Error>> {
+    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join("association");
+    fs::create_dir_all(&dir)?;
+    let (problems, times) = (dir.join("problems.json"), dir.join("pyehm.json"));
+    fs::write(&problems, serde_json::to_vec(&all.iter().map(Problem::from).collect::<Vec<_>>())?)?;
+    let python = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/time_pyehm.py");
+    let ended_well = process::Command::new(&python).arg(script).args([&problems, &times]).status().is_ok_and(|status| status.success());
+    if !ended_well {
+        eprintln!("no times of PyEHM from {}", python.display());
+        return Ok(Pyehm::default());
+    }
+    let pyehm: Pyehm = serde_json::from_slice(&fs::read(&times)?)?;
+    if pyehm.difference > AGREEMENT {
+        return Err(format!("PyEHM and f64 differ by {}", pyehm.difference).into());
+    }
+    Ok(pyehm)
+}

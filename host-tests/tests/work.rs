@@ -1,0 +1,47 @@
+//! The work of joint association against the formula of its worst case, in a build that counts.
+
+use boresight::association::{AssociationMatrix, Associator, ClutterPrior, Domain, Jpda, take_operations};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// The most steps over `count` matrices, as a share of the formula.
+fn load<const TRACKS: usize, const DETS: usize, const NODES: usize>(count: usize, rng: &mut impl Rng) -> f64 {
+    let mut memory = Box::new(<Jpda<NODES> as Associator<f32, TRACKS, DETS>>::MEMORY);
+    let mut matrix = Box::new(AssociationMatrix::<f32, TRACKS, DETS>::new());
+    let formula = Jpda::<NODES>::worst_case(TRACKS, DETS);
+    let mut worst = 0;
+    for i in 0..count {
+        let clutter = if i % 3 == 0 { ClutterPrior::Diffuse } else { ClutterPrior::Poisson };
+        matrix.reset(DETS, clutter, Domain::Linear);
+        // From all equal to hopelessly wide, from a few pairs to all.
+        let (spread, density) = ([0.0, 1.0, 6.0, 30.0][i % 4], [0.1, 0.4, 1.0][i / 4 % 3]);
+        for t in 0..TRACKS {
+            let Some((miss, hit)) = matrix.row_mut(t) else { continue };
+            *miss = if i % 5 == 0 { 0.0 } else { 10f32.powf(-rng.random_range(0.0..=spread)) };
+            hit.fill_with(|| if rng.random_bool(density) { 10f32.powf(rng.random_range(-spread..=spread)) } else { 0.0 });
+        }
+        take_operations();
+        // Nothing but the bounded answer is refused: every rung is climbed.
+        let strict = Jpda::<NODES>::new().with_tolerance(0.0).unwrap_or_default();
+        strict.associate(&mut matrix, &mut memory);
+        worst = worst.max(take_operations());
+    }
+    worst as f64 / formula as f64
+}
+
+#[test]
+fn no_matrix_takes_more_steps_than_the_formula() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let shares = [
+        load::<1, 1, 2>(20, &mut rng),
+        load::<4, 8, 9>(200, &mut rng),
+        load::<4, 8, 128>(200, &mut rng),
+        load::<16, 32, 33>(200, &mut rng),
+        load::<16, 32, 512>(100, &mut rng),
+        load::<26, 64, 128>(60, &mut rng),
+        load::<64, 64, 65>(60, &mut rng),
+        load::<64, 64, 256>(30, &mut rng),
+    ];
+    println!("largest share of the formula: {shares:.3?}");
+    assert!(shares.iter().all(|share| *share > 0.0 && *share <= 1.0), "{shares:?}");
+}

@@ -1,0 +1,405 @@
+//! Joint probabilistic data association in bounded memory, exact whenever it fits and otherwise with a proven bound.
+//!
+//! ```text
+//! β_tj = Σ weights of the joint events that give track t detection j / Σ weights of all joint events
+//!
+//! cluster     tracks that share detections; each cluster on its own                             cluster.rs
+//! dense       exact, if all sets of open tracks fit into NODES; otherwise, or where Z is too
+//!             small for the precision:                                                          sweep.rs
+//! balance     hit_tj e^{−u_t − v_j}, vacant_t e^{−u_t}, q_j = e^{−v_j} with the prices of the
+//!             best event: no weight is above 1 and the best event is 1                          assignment.rs
+//! bounded     the heaviest sets; every marginal is within D / (Z + D) of the exact one          beam.rs
+//! approximate loopy belief propagation, if that bound exceeds the tolerance                     lbp.rs
+//! ```
+//!
+//! Balancing multiplies all events by the same factor, as every event pays u_t for every track and v_j for every
+//! detection, used or not. So weights of any range can be associated in single precision: what underflows is less than
+//! the smallest number beside the best event. Diffuse clutter couples all tracks, as φ counts the detections of all: they are
+//! one cluster, swept with the number of tracks served in every node.
+//!
+//! # Cost
+//! With T rows, M columns, N = NODES and g = min(T, 26), steps of loops over weights, sets, keys and messages are at most
+//!
+//! ```text
+//! always       T (7 M + 1) + T²
+//! order        2 M² (g + 7)                                      more than four tracks
+//! exact        2 (3 T + 8) (N + 16)                              once plain, once balanced
+//! balance      T M (min(T, M) + 5)
+//! bounded      N (g + 1) (3 (log₂ N + 4) + 2 N + 2 g)            the N beside the logarithm: moves of nodes
+//! approximate  40 · 6 T M
+//! ```
+//!
+//! as [`Jpda::worst_case`] adds up. A cluster ends at the first rung that holds: most never leave "exact".
+
+use super::assignment::Assignment;
+use super::beam::{Beam, Kept, Nodes};
+use super::cluster::{Cluster, MASKED, Partition};
+use super::matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
+use super::work::count;
+use super::{lbp, small, sweep};
+use crate::error::ConfigError;
+use crate::scalar::{Real, exp, is_finite, larger, ln};
+
+/// JPDA with room for `NODES` sets of served tracks over all layers of a sweep, at least one per detection and one more.
+///
+/// Four tracks that share eight detections all around take 120 nodes; a node takes the size of a scalar and 4 bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Jpda<const NODES: usize> {
+    tolerance: f32,
+}
+
+impl<const NODES: usize> Default for Jpda<NODES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const NODES: usize> Jpda<NODES> {
+    /// Takes bounded probabilities up to an error of 0.05, and the approximation beyond.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { tolerance: 0.05 }
+    }
+
+    /// Takes bounded probabilities up to an error of `tolerance`: 0 takes exact ones only, 1 all that have a bound.
+    ///
+    /// # Errors
+    /// Unless the tolerance lies within 0 to 1.
+    pub fn with_tolerance(self, tolerance: f32) -> Result<Self, ConfigError> {
+        if (0.0..=1.0).contains(&tolerance) { Ok(Self { tolerance }) } else { Err(ConfigError::NotAProbability) }
+    }
+
+    /// The most steps that associating `tracks` rows with `detections` columns can take, by the formula of this file.
+    #[must_use]
+    pub const fn worst_case(tracks: usize, detections: usize) -> usize {
+        let (t, m, n) = (tracks, detections, NODES);
+        let g = if t < 26 { t } else { 26 };
+        let pairs = if t < m { t } else { m };
+        let always = t * (7 * m + 1) + t * t;
+        let order = 2 * m * m * (g + 7);
+        let exact = 2 * (3 * t + 8) * (n + 16);
+        let balance = t * m * (pairs + 5);
+        let bounded = n * (g + 1) * (3 * (n.ilog2() as usize + 4) + 2 * n + 2 * g);
+        let approximate = 40 * 6 * t * m;
+        always + order + exact + balance + bounded + approximate
+    }
+}
+
+/// What [`Jpda`] works in.
+#[derive(Clone, Debug)]
+pub struct JpdaMemory<T, const TRACKS: usize, const DETS: usize, const NODES: usize> {
+    partition: Partition<TRACKS, DETS>,
+    cluster: Cluster<T, TRACKS, DETS>,
+    weight: [T; NODES],
+    key: [u32; NODES],
+    starts: [u32; DETS],
+    scratch: [[T; DETS]; TRACKS],
+    assignment: Assignment<T, TRACKS, DETS>,
+}
+
+impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize> Associator<T, TRACKS, DETS> for Jpda<NODES> {
+    type Memory = JpdaMemory<T, TRACKS, DETS, NODES>;
+
+    const MEMORY: Self::Memory = {
+        assert!(NODES > DETS, "a sweep needs a node for every detection and one more");
+        JpdaMemory {
+            partition: Partition::new(),
+            cluster: Cluster::new(),
+            weight: [T::ZERO; NODES],
+            key: [0; NODES],
+            starts: [0; DETS],
+            scratch: [[T::ZERO; DETS]; TRACKS],
+            assignment: Assignment::new(),
+        }
+    };
+
+    fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
+        let mut completeness = Completeness::default();
+        let diffuse = matrix.clutter == ClutterPrior::Diffuse;
+        if matrix.domain == Domain::Linear && !(0..TRACKS).all(|row| normalise(matrix, row)) {
+            to_logarithms(matrix);
+        }
+        let logarithmic = matrix.domain == Domain::Logarithmic;
+        let fold = !(diffuse || logarithmic);
+        if logarithmic {
+            memory.partition.find(matrix, is_finite, diffuse);
+        } else {
+            memory.partition.find(matrix, |h| h > T::ZERO, diffuse);
+        }
+        for row in 0..TRACKS {
+            let found = if logarithmic {
+                memory.partition.take(row, matrix, is_finite, fold, &mut memory.cluster)
+            } else {
+                memory.partition.take(row, matrix, |h| h > T::ZERO, fold, &mut memory.cluster)
+            };
+            if !found {
+                continue;
+            }
+            let outcome = match memory.cluster.tracks.len() {
+                1 => alone(matrix, row, logarithmic),
+                _ => self.joint(matrix, memory),
+            };
+            match outcome {
+                Outcome::Exact => {}
+                Outcome::Bounded(bound) => {
+                    completeness.bounded += 1;
+                    completeness.error_bound = larger(completeness.error_bound, bound);
+                }
+                Outcome::Approximate => completeness.approximated += 1,
+                Outcome::Infeasible => completeness.infeasible += 1,
+            }
+        }
+        matrix.domain = Domain::Linear;
+        completeness
+    }
+}
+
+/// What became of a cluster.
+enum Outcome {
+    Exact,
+    Bounded(f32),
+    Approximate,
+    Infeasible,
+}
+
+impl<const NODES: usize> Jpda<NODES> {
+    /// The marginals of the cluster in memory, which has two tracks or more.
+    #[inline(always)]
+    fn joint<T: Real, const TRACKS: usize, const DETS: usize>(
+        &self,
+        matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+        memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
+    ) -> Outcome {
+        let mut outcome = Outcome::Exact;
+        let plain = matrix.clutter == ClutterPrior::Poisson && matrix.domain == Domain::Linear;
+        if !(plain && exact(&mut memory.cluster, &mut matrix.hit, &mut memory.weight, least()) > least()) {
+            outcome = self.balanced(matrix, memory);
+        }
+        hand_out(matrix, &memory.cluster, &memory.partition);
+        outcome
+    }
+
+    /// The same where the plain weights leave the range of the precision, or what is exact leaves the room.
+    #[inline(never)]
+    fn balanced<T: Real, const TRACKS: usize, const DETS: usize>(
+        &self,
+        matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+        memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
+    ) -> Outcome {
+        let diffuse = (matrix.clutter == ClutterPrior::Diffuse).then(|| memory.partition.gated(matrix.columns()));
+        let logarithmic = matrix.domain == Domain::Logarithmic;
+        let JpdaMemory { cluster, weight, key, starts, scratch, assignment, .. } = memory;
+        let Some(perturbation) = balance(cluster, &mut matrix.hit, scratch, assignment, logarithmic) else {
+            for row in cluster.tracks.iter().map(|row| usize::from(*row)) {
+                set_undetected(matrix, row);
+            }
+            (cluster.vacant, cluster.folded) = ([T::ONE; TRACKS], false);
+            return Outcome::Infeasible;
+        };
+        if diffuse.is_none() && exact(cluster, &mut matrix.hit, weight, T::ZERO) > T::ZERO {
+            return Outcome::Exact;
+        }
+        if cluster.tracks.len() <= MASKED {
+            cluster.order();
+            let hit = &mut matrix.hit;
+            let mut beam = Beam { nodes: Nodes { weight, key }, cluster, hit, after: scratch, starts, diffuse };
+            let exact = |kept: &Kept<T>| kept.given_up == T::ZERO && kept.z > T::ZERO;
+            let bound = |kept: &Kept<T>| (kept.error_bound() + perturbation).to_f64() as f32 * (1.0 + f32::EPSILON);
+            match beam.marginals(|kept| exact(kept) || bound(kept) <= self.tolerance) {
+                Some(kept) if exact(&kept) => return Outcome::Exact,
+                Some(kept) if bound(&kept) <= self.tolerance => return Outcome::Bounded(bound(&kept)),
+                _ => {}
+            }
+        }
+        lbp::marginals(cluster, &mut matrix.hit, scratch);
+        Outcome::Approximate
+    }
+}
+
+/// Below this Z, what underflowed could matter.
+#[inline(always)]
+fn least<T: Real>() -> T {
+    T::EPSILON * T::EPSILON * T::EPSILON * T::EPSILON
+}
+
+/// The marginals of all events if their layers fit into `nodes`. Returns Z, zero where they do not; where it is not above
+/// `least` nothing is replaced.
+#[inline(always)]
+fn exact<T: Real, const TRACKS: usize, const DETS: usize>(
+    cluster: &mut Cluster<T, TRACKS, DETS>,
+    hit: &mut [[T; DETS]; TRACKS],
+    nodes: &mut [T],
+    least: T,
+) -> T {
+    if let Some(z) = small::marginals(cluster, hit, nodes, least) {
+        return z;
+    }
+    if cluster.tracks.len() > MASKED {
+        return T::ZERO;
+    }
+    cluster.order();
+    if sweep::fits(cluster, nodes.len()) { sweep::marginals(cluster, hit, nodes, least) } else { T::ZERO }
+}
+
+/// Scales a row to the sum one: PDA. What is no weight (NaN, negative) counts as zero. `false` where the row spans more
+/// than the precision can.
+#[inline(always)]
+fn normalise<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut AssociationMatrix<T, TRACKS, DETS>, row: usize) -> bool {
+    let Some((miss, hit)) = matrix.row_mut(row) else { return true };
+    let (mut sum, mut smallest) = (T::ZERO, T::ONE / T::ZERO);
+    count(2 * hit.len() + 1);
+    for w in hit.iter_mut() {
+        if *w > T::ZERO {
+            sum += *w;
+            if *w < smallest {
+                smallest = *w;
+            }
+        } else {
+            *w = T::ZERO;
+        }
+    }
+    if sum == T::ZERO && *miss > T::ZERO && is_finite(*miss) {
+        *miss = T::ONE;
+        return true;
+    }
+    if *miss > T::ZERO {
+        sum += *miss;
+        if *miss < smallest {
+            smallest = *miss;
+        }
+    } else {
+        *miss = T::ZERO;
+    }
+    let scale = T::ONE / sum;
+    if !(is_finite(sum) && is_finite(scale)) || smallest * scale < least() {
+        return sum == T::ZERO;
+    }
+    *miss *= scale;
+    hit.iter_mut().for_each(|h| *h *= scale);
+    true
+}
+
+/// Takes the logarithm of every weight.
+fn to_logarithms<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut AssociationMatrix<T, TRACKS, DETS>) {
+    for row in 0..TRACKS {
+        if let Some((miss, hit)) = matrix.row_mut(row) {
+            core::iter::once(miss).chain(hit).for_each(|w| *w = if is_finite(*w) { ln_or_none(*w) } else { -T::ONE / T::ZERO });
+        }
+    }
+    matrix.domain = Domain::Logarithmic;
+}
+
+/// A track that shares nothing.
+fn alone<T: Real, const TRACKS: usize, const DETS: usize>(
+    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+    row: usize,
+    logarithmic: bool,
+) -> Outcome {
+    let Some((miss, hit)) = matrix.row_mut(row) else { return Outcome::Exact };
+    if logarithmic {
+        let infinity = T::ONE / T::ZERO;
+        let finite = |w: T| if is_finite(w) { w } else { -infinity };
+        let largest = hit.iter().fold(finite(*miss), |largest, h| larger(largest, finite(*h)));
+        for w in core::iter::once(&mut *miss).chain(hit.iter_mut()) {
+            *w = if is_finite(*w) { exp(*w - largest) } else { T::ZERO };
+        }
+        let sum = hit.iter().fold(*miss, |sum, h| sum + *h);
+        if sum > T::ZERO {
+            core::iter::once(miss).chain(hit).for_each(|w| *w /= sum);
+        }
+    }
+    if matrix.row(row).is_some_and(|(miss, hit)| miss == T::ZERO && hit.iter().all(|h| *h == T::ZERO)) {
+        set_undetected(matrix, row);
+        return Outcome::Infeasible;
+    }
+    Outcome::Exact
+}
+
+/// The defined answer of a row without a possible event: none of the detections.
+fn set_undetected<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut AssociationMatrix<T, TRACKS, DETS>, row: usize) {
+    if let Some((miss, hit)) = matrix.row_mut(row) {
+        *miss = T::ONE;
+        hit.fill(T::ZERO);
+    }
+}
+
+/// Scales rows and columns by the prices of the best event. `None` where no event is possible; otherwise a bound on what the
+/// rounding of logarithms does to a marginal.
+fn balance<T: Real, const TRACKS: usize, const DETS: usize>(
+    cluster: &mut Cluster<T, TRACKS, DETS>,
+    hit: &mut [[T; DETS]; TRACKS],
+    ln_hit: &mut [[T; DETS]; TRACKS],
+    assignment: &mut Assignment<T, TRACKS, DETS>,
+    logarithmic: bool,
+) -> Option<T> {
+    let to_ln = |w: T| if logarithmic { w } else { ln_or_none(w) };
+    let Cluster { tracks, columns, vacant, .. } = cluster;
+    let rows = || tracks.iter().map(|row| usize::from(*row));
+    for row in rows() {
+        count(2 * columns.len());
+        for (ln_hit, hit) in ln_hit.get_mut(row)?.iter_mut().zip(hit.get(row)?) {
+            *ln_hit = to_ln(*hit);
+        }
+    }
+    vacant.iter_mut().take(tracks.len()).for_each(|v| *v = to_ln(*v));
+    let none = -T::ONE / T::ZERO;
+    let ln_of = |k: usize, c: usize| {
+        count(1);
+        let (row, column) = tracks.get(k).zip(columns.get(c))?;
+        ln_hit.get(usize::from(*row))?.get(usize::from(column.det)).copied()
+    };
+    let ln_vacant = |k: usize| vacant.get(k).copied().unwrap_or(none);
+    if !assignment.solve(tracks.len(), columns.len(), ln_vacant, |k, c| ln_of(k, c).unwrap_or(none)) {
+        return None;
+    }
+    // e^x with a rounding error of x, of u and of v in x.
+    let mut largest = T::ONE;
+    let mut scaled = |ln_w: T, price: T| {
+        if !is_finite(ln_w) {
+            return T::ZERO;
+        }
+        largest = larger(largest, larger(ln_w.abs(), price.abs()));
+        exp(ln_w - price)
+    };
+    for ((row, vacant), u) in rows().zip(vacant.iter_mut()).zip(assignment.row_prices()) {
+        *vacant = scaled(*vacant, *u);
+        let (hit, ln_hit) = (hit.get_mut(row)?, ln_hit.get(row)?);
+        for (column, v) in columns.iter().zip(assignment.column_prices()) {
+            let det = usize::from(column.det);
+            if let Some((hit, ln_hit)) = hit.get_mut(det).zip(ln_hit.get(det)) {
+                *hit = scaled(*ln_hit, *u + *v);
+            }
+        }
+        if logarithmic {
+            hit.iter_mut().zip(ln_hit).filter(|(_, ln_hit)| !is_finite(**ln_hit)).for_each(|(hit, _)| *hit = T::ZERO);
+        }
+    }
+    for (column, v) in columns.iter_mut().zip(assignment.column_prices()) {
+        column.unused = exp(-*v);
+    }
+    Some(largest * T::EPSILON * T::from_count(4 * tracks.len()))
+}
+
+fn ln_or_none<T: Real>(w: T) -> T {
+    if w > T::ZERO { ln(w) } else { -T::ONE / T::ZERO }
+}
+
+/// Splits what is left of every track between its private detections and none.
+#[inline(always)]
+fn hand_out<T: Real, const TRACKS: usize, const DETS: usize>(
+    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+    cluster: &Cluster<T, TRACKS, DETS>,
+    partition: &Partition<TRACKS, DETS>,
+) {
+    for ((row, beta), whole) in cluster.tracks.iter().zip(&cluster.vacant).zip(&cluster.whole) {
+        let Some((miss, hit)) = matrix.row_mut(usize::from(*row)) else { return };
+        if !cluster.folded || *whole == *miss {
+            *miss = *beta;
+            continue;
+        }
+        let scale = *beta / *whole;
+        *miss *= scale;
+        hit.iter_mut().zip(partition.shared()).filter(|(_, shared)| !**shared).for_each(|(h, _)| *h *= scale);
+    }
+}

@@ -1,0 +1,224 @@
+//! The K joint events of the greatest weight, in order.
+//!
+//! ```text
+//! a node      events that begin with a_0 … a_{b−1}, with a_b outside a set F, and free from row b + 1 on
+//! its best    one assignment;  the best event of all nodes is the next in order
+//! children    of a node with best event a, for i ≥ b:  begin with a_0 … a_{i−1},  a_i barred (for i = b, F barred too)
+//! ```
+//!
+//! Murty 1968. The children and a are the node, without overlap, so no event comes twice.
+//!
+//! A node need not be stored beside its best event. Of the events delivered before, b is the largest number of first rows in
+//! which any of them agrees with it, and F is what those that agree so far have in row b: a node that begins like this one
+//! came of delivering such an event, and barred what that event had there.
+//!
+//! Nor are the children solved anew. With the prices of the parent, row i and its column taken out, what remains is the
+//! best assignment of what remains; the column and the row are then added again, by one shortest path each (Miller, Stone
+//! and Cox 1997).
+
+use super::assignment::{Assignment, Search};
+use crate::scalar::Real;
+
+/// What one row may not take.
+#[derive(Clone, Copy, Debug)]
+struct Barred<const DETS: usize> {
+    miss: bool,
+    columns: [bool; DETS],
+}
+
+impl<const DETS: usize> Barred<DETS> {
+    const NONE: Self = Self { miss: false, columns: [false; DETS] };
+
+    fn add(&mut self, choice: u16) {
+        match column(choice) {
+            None => self.miss = true,
+            Some(j) => self.columns.iter_mut().skip(j).take(1).for_each(|barred| *barred = true),
+        }
+    }
+
+    fn has(&self, column: usize) -> bool {
+        self.columns.get(column).copied().unwrap_or(true)
+    }
+}
+
+/// The column of an entry of an event.
+fn column(choice: u16) -> Option<usize> {
+    choice.checked_sub(1).map(usize::from)
+}
+
+/// The entry of an event.
+fn entry(column: Option<usize>) -> u16 {
+    column.map_or(0, |j| j as u16 + 1)
+}
+
+/// Up to `K` joint events, best first. All zero bits when new.
+///
+/// It takes `K (2 TRACKS + 2 + size of T)` bytes besides two assignments. At most
+/// `3 K TRACKS (TRACKS + 2) max(TRACKS, DETS)` pairs of a row and a column are looked at (three shortest paths for each row
+/// of each event), and `K² TRACKS` entries of events are compared.
+#[derive(Clone, Debug)]
+pub struct KBest<T, const TRACKS: usize, const DETS: usize, const K: usize> {
+    events: [[u16; TRACKS]; K],
+    ln_weights: [T; K],
+    /// Places in `events`, best first: those delivered, then those that wait
+    order: [u16; K],
+    count: usize,
+    rows: usize,
+    parent: Assignment<T, TRACKS, DETS>,
+    child: Assignment<T, TRACKS, DETS>,
+    over_rows: Search<T, TRACKS>,
+}
+
+impl<T: Real, const TRACKS: usize, const DETS: usize, const K: usize> Default for KBest<T, TRACKS, DETS, K> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const TRACKS: usize, const DETS: usize, const K: usize> KBest<T, TRACKS, DETS, K> {
+    /// No events.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(K >= 1 && K <= u16::MAX as usize, "events are numbered by 16 bits") }
+        Self {
+            events: [[0; TRACKS]; K],
+            ln_weights: [T::ZERO; K],
+            order: [0; K],
+            count: 0,
+            rows: 0,
+            parent: Assignment::new(),
+            child: Assignment::new(),
+            over_rows: Search::new(),
+        }
+    }
+
+    /// Ranks the joint events of the first `rows` rows and `columns` columns (at most `TRACKS` and `DETS`) by the sums of
+    /// their logarithms `miss(row)` and `hit(row, column)`, and returns how many there are, at most `K`.
+    ///
+    /// A logarithm that is not finite, or not within ±1e30, forbids the miss or the pair. Events of exactly equal sums,
+    /// added row by row, come in lexicographic order. Where more events tie for the last places than fit, the same ones
+    /// are kept every time, but not necessarily the lexicographically first.
+    pub fn rank(&mut self, rows: usize, columns: usize, miss: impl Fn(usize) -> T, hit: impl Fn(usize, usize) -> T) -> usize {
+        (self.rows, self.count) = (rows.min(TRACKS), 0);
+        if !self.parent.solve(rows, columns, &miss, &hit) {
+            return 0;
+        }
+        self.keep(0, core::array::from_fn(|row| entry(self.parent.column(row))), &miss, &hit);
+        for delivered in 1..K {
+            if delivered > self.count {
+                break;
+            }
+            self.split(delivered, columns, &miss, &hit);
+        }
+        // Ties were found in any order, and sums differ by rounding from what the searches went by.
+        (1..self.count).for_each(|place| self.sort_in(0, place));
+        self.count
+    }
+
+    /// (logarithm of the weight, event) in order. An event has one entry a row: 0 is a miss, j + 1 is column j.
+    pub fn events(&self) -> impl Iterator<Item = (T, &[u16])> {
+        self.order.iter().take(self.count).filter_map(|&k| Some((self.ln_weight(k), self.event(k)?)))
+    }
+
+    fn event(&self, place: u16) -> Option<&[u16]> {
+        self.events.get(usize::from(place))?.get(..self.rows)
+    }
+
+    fn ln_weight(&self, place: u16) -> T {
+        self.ln_weights.get(usize::from(place)).copied().unwrap_or(T::ZERO)
+    }
+
+    /// Where among `order[first..end]`, itself in order, an event belongs.
+    fn rank_among(&self, first: usize, end: usize, ln_weight: T, event: &[u16]) -> usize {
+        let before = |&k: &u16| {
+            let other = self.ln_weight(k);
+            other > ln_weight || (other == ln_weight && self.event(k) < Some(event))
+        };
+        first + self.order.get(first..end).map_or(0, |ranked| ranked.partition_point(before))
+    }
+
+    /// Moves the event at `place` of the order to where it belongs from `first` on.
+    fn sort_in(&mut self, first: usize, place: usize) {
+        let Some(&k) = self.order.get(place) else { return };
+        let rank = self.rank_among(first, place, self.ln_weight(k), self.event(k).unwrap_or(&[]));
+        self.order.get_mut(rank..=place).into_iter().for_each(|moved| moved.rotate_right(1));
+    }
+
+    /// Delivers the last of the first `delivered` events: the best events of the children of its node wait behind it.
+    fn split(&mut self, delivered: usize, columns: usize, miss: &impl Fn(usize) -> T, hit: &impl Fn(usize, usize) -> T) {
+        let Some((&last, earlier)) = self.order.get(..delivered).and_then(<[u16]>::split_last) else { return };
+        let Some(&event) = self.events.get(usize::from(last)) else { return };
+        let (mut branch, mut barred) = (0, Barred::NONE);
+        for other in earlier.iter().filter_map(|&k| self.event(k)) {
+            let alike = event.iter().zip(other).take_while(|(a, b)| a == b).count();
+            if alike > branch {
+                (branch, barred) = (alike, Barred::NONE);
+            }
+            if alike == branch {
+                other.get(branch).into_iter().for_each(|&choice| barred.add(choice));
+            }
+        }
+
+        // The prices of the node. Rows before the branch are fixed: neither they nor their columns take part.
+        self.parent.begin(self.rows, columns);
+        event.iter().take(branch).filter_map(|&choice| column(choice)).for_each(|j| self.parent.remove_column(j));
+        for row in branch..self.rows {
+            if !add_row(&mut self.parent, row, branch, &barred, miss, hit) {
+                return;
+            }
+        }
+        let free = event.iter().enumerate().take(self.rows).skip(branch);
+        self.parent.reassign(free.clone().map(|(row, &choice)| (row, column(choice))));
+
+        for (row, &choice) in free {
+            if row > branch {
+                barred = Barred::NONE;
+            }
+            barred.add(choice);
+            // The row and its column are gone for this child, and fixed for those after it.
+            self.parent.remove_row(row);
+            self.child.copy(&self.parent);
+            if let Some(column) = column(choice) {
+                self.child.add_column(column, hit, &mut self.over_rows);
+            }
+            if add_row(&mut self.child, row, row, &barred, miss, hit) {
+                let mut best = event;
+                best.iter_mut().enumerate().take(self.rows).skip(row).for_each(|(t, choice)| *choice = entry(self.child.column(t)));
+                self.keep(delivered, best, miss, hit);
+            }
+        }
+    }
+
+    /// Lets `event` wait behind the first `delivered`, if it is one of the `K` best.
+    fn keep(&mut self, delivered: usize, event: [u16; TRACKS], miss: &impl Fn(usize) -> T, hit: &impl Fn(usize, usize) -> T) {
+        let choices = event.iter().enumerate().take(self.rows);
+        let ln_weight = choices.fold(T::ZERO, |sum, (row, &choice)| sum + column(choice).map_or_else(|| miss(row), |j| hit(row, j)));
+        if self.count < K {
+            self.order.iter_mut().skip(self.count).take(1).for_each(|k| *k = self.count as u16);
+            self.count += 1;
+        } else if self.rank_among(delivered, K, ln_weight, event.get(..self.rows).unwrap_or(&[])) == K {
+            return;
+        }
+        let last = self.count - 1;
+        let slot = self.order.get(last).map_or(K, |&k| usize::from(k));
+        if let (Some(kept), Some(weight)) = (self.events.get_mut(slot), self.ln_weights.get_mut(slot)) {
+            (*kept, *weight) = (event, ln_weight);
+            self.sort_in(delivered, last);
+        }
+    }
+}
+
+/// Adds `row` to a problem in which row `branch` may not take what is barred.
+fn add_row<T: Real, const TRACKS: usize, const DETS: usize>(
+    problem: &mut Assignment<T, TRACKS, DETS>,
+    row: usize,
+    branch: usize,
+    barred: &Barred<DETS>,
+    miss: impl Fn(usize) -> T,
+    hit: impl Fn(usize, usize) -> T,
+) -> bool {
+    let forbidden = -T::ONE / T::ZERO;
+    let miss = |t| if t == branch && barred.miss { forbidden } else { miss(t) };
+    let hit = |t, j| if t == branch && barred.has(j) { forbidden } else { hit(t, j) };
+    problem.add_row(row, miss, hit)
+}

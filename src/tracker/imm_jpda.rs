@@ -1,0 +1,275 @@
+//! IMM-JPDAF: every track an interacting multiple model filter, all associated together: no detection is two targets'.
+//!
+//! One scan:
+//!
+//! ```text
+//! predict    c_j = Σ π_ij μ_i, mix, predict every mode                      (mode)
+//! score      every track's row: h_tj = P_D Σ_r c_r L_tjr / λ_j,  m_t        (evidence)
+//! associate  β from all rows at once: JPDA, or another joint association    (association)
+//! absorb     modes and their probabilities by β, track by track             (evidence)
+//! manage     existence, hit or miss, confirm, delete, duplicates            (track)
+//! initiate   from detections that no track gated                            (births.rs)
+//! ```
+//!
+//! Association is blind to modes and the modes stay exact: the joint events weigh a track by its mixture over modes,
+//! and [`evidence`](crate::evidence) gives each mode its share of β_tj. That is exact for a prior that is a product over
+//! the targets (Chen and Tugnait, *Automatica* 37(2), 2001). With [`Logic::existence`] it is the joint IPDA.
+//!
+//! # Clutter of unknown density
+//! Joint events of diffuse clutter weigh φ! / V^φ. The rows then carry
+//!
+//! ```text
+//! λ = m / V    m the detections that any track can have,  V the gate volumes of all tracks that the sensor may see, summed
+//! ```
+//!
+//! and the associator does the rest ([`ClutterPrior::Diffuse`]). Detections for which the sensor states a density keep it.
+//!
+//! # Cost
+//! Likelihoods are computed twice, before and after the association: kept for all tracks they would take
+//! TRACKS DETS MODES scalars, and their innovations, whose size depends on the sensor, TRACKS MODES NX NZ more. The second
+//! time only the detections count that a track may have. With t tracks, n detections offered, m = min(n, DETS) taken in and
+//! g ≤ m in a gate, operations a scan are at most
+//!
+//! ```text
+//! n DETS comparisons of amplitude  (only where n > DETS)
+//! t (mixing, prediction, 2 MODES innovations, (m + g) + 2 g MODES residual forms, MODES corrections, 3 m steps of walks)
+//! t 2 g (1 + 2 MODES) factorisations of S  (only for detections with a noise of their own)
+//! TRACKS m for the matrix, twice where clutter is diffuse;  the association's own cost
+//! t² / 2 duplicate tests,  m DETS pairings, each of which may look through t slots
+//! ```
+//!
+//! Memory: [`JointState`] is all there is: tracks, TRACKS (DETS + 1) scalars of the matrix, and what the associator needs.
+
+use super::picture::{Look, Outcome, Picture, Setup, looks};
+use super::{Scratch, State, Tracker};
+use crate::association::{AssociationMatrix, Associator, ClutterPrior, Domain};
+use crate::error::{ConfigError, ScanError};
+use crate::evidence::{Evidence, Innovations, LEAST_DENSITY, innovations};
+use crate::gaussian::Gaussian;
+use crate::initiation::Initiation;
+use crate::mode::{JumpMatrix, ModeBank, ModeSet};
+use crate::model::Layout;
+use crate::scalar::{Real, is_finite, larger};
+use crate::scan::{Detection, Report, Scan, Selection};
+use crate::sensor::{Clutter, Sensor};
+use crate::time::Instant;
+use crate::track::{Logic, Track, TrackId};
+
+/// The configuration of an IMM-JPDAF tracker, which no step changes.
+///
+/// `M` is a [`ModeSet`] of `MODES` models over `NX` states; `TRACKS` and `DETS` are the capacities; `A` associates. With
+/// one mode it is the JPDAF.
+#[derive(Clone, Copy, Debug)]
+pub struct ImmJpda<T, M, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, A> {
+    setup: Setup<T, M, NX, MODES>,
+    associator: A,
+}
+
+/// All that an IMM-JPDAF tracker remembers, and its scratch. All zero bits when new: a `static` costs no flash.
+pub type JointState<T, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, A> =
+    State<T, NX, MODES, TRACKS, DETS, Joint<T, TRACKS, DETS, A>>;
+
+/// What joint association by `A` works on.
+#[derive(Clone, Debug)]
+pub struct Joint<T: Real, const TRACKS: usize, const DETS: usize, A: Associator<T, TRACKS, DETS>> {
+    /// A row for every slot, a column for every detection taken in
+    matrix: AssociationMatrix<T, TRACKS, DETS>,
+    memory: A::Memory,
+}
+
+impl<T: Real, A: Associator<T, TRACKS, DETS>, const TRACKS: usize, const DETS: usize> Scratch for Joint<T, TRACKS, DETS, A> {
+    const NEW: Self = Self { matrix: AssociationMatrix::new(), memory: A::MEMORY };
+}
+
+impl<T, M, A, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> ImmJpda<T, M, NX, MODES, TRACKS, DETS, A>
+where
+    T: Real,
+    M: ModeSet<T, NX, MODES>,
+    A: Associator<T, TRACKS, DETS>,
+{
+    /// Modes, their jump matrix π (rows sum to one), the mode probabilities of a new track, and the association. Tracks
+    /// are started by the caller, see [`start`](Self::start), unless [`with_initiation`](Self::with_initiation) says
+    /// otherwise.
+    ///
+    /// # Errors
+    /// Where probabilities are none or do not sum to one.
+    pub fn new(modes: M, jump: JumpMatrix<T, MODES>, initial: [T; MODES], logic: Logic<T>, associator: A) -> Result<Self, ConfigError> {
+        const { assert!(MODES >= 1 && TRACKS >= 1 && DETS >= 1 && DETS <= 65535, "every capacity must be at least one") }
+        Ok(Self { setup: Setup::new(modes, jump, initial, logic)?, associator })
+    }
+
+    /// The same tracker, starting tracks by itself.
+    #[must_use]
+    pub fn with_initiation(self, initiation: Initiation<T, NX>) -> Self {
+        Self { setup: self.setup.with_initiation(initiation), ..self }
+    }
+
+    /// Starts a confirmed track at `at`: a cue from elsewhere. `at` is the time of the last scan, or any before the first.
+    /// `None` where all slots are taken (a cue does not evict), `at` is another time, or `g` is not finite or beyond the
+    /// logic's position limit.
+    pub fn start(&self, state: &mut JointState<T, NX, MODES, TRACKS, DETS, A>, g: Gaussian<T, NX>, at: Instant) -> Option<TrackId> {
+        state.picture.start(&self.setup, g, at)
+    }
+
+    /// Takes in one scan of `sensor`. The tracks are then at the time of the scan.
+    ///
+    /// # Errors
+    /// A scan that is older than the last or not finite, a sensor whose place or noise is not finite or whose gate was made
+    /// for another dimension, is refused and the state stays as it was. Load is not an error: see [`Report`].
+    pub fn step<S: Sensor<T, NX, NZ>, const NZ: usize>(
+        &self,
+        state: &mut JointState<T, NX, MODES, TRACKS, DETS, A>,
+        sensor: &S,
+        scan: &Scan<'_, T, NZ>,
+    ) -> Result<Report, ScanError> {
+        let (selection, mut report) = state.picture.open(&self.setup, sensor, scan)?;
+        self.score(state, sensor, scan.detections, &selection);
+        let Joint { matrix, memory } = &mut state.scratch;
+        report.add(self.associator.associate(matrix, memory));
+        self.absorb(state, sensor, scan.detections, &selection, &mut report);
+        state.picture.delete_duplicates(&self.setup, &mut report);
+        state.picture.initiate(&self.setup, sensor, scan, &selection, &mut report);
+        Ok(report)
+    }
+
+    /// Writes the row of every track. Weights that are not finite are left out: they would spoil the rows of others.
+    #[inline(always)]
+    fn score<S: Sensor<T, NX, NZ>, const NZ: usize>(
+        &self,
+        state: &mut JointState<T, NX, MODES, TRACKS, DETS, A>,
+        sensor: &S,
+        detections: &[Detection<T, NZ>],
+        selection: &Selection<DETS>,
+    ) {
+        let State { picture: Picture { tracks, claimed, .. }, evidence, scratch: Joint { matrix, .. } } = state;
+        matrix.reset(selection.indices.len(), ClutterPrior::Poisson, Domain::Linear);
+        let mut volume = T::ZERO;
+        for (slot, track) in tracks.iter().enumerate().filter(|(_, t)| !t.is_free()) {
+            let Some((miss, row)) = matrix.row_mut(slot) else { continue };
+            let look = joint_look(sensor, track);
+            let (_, own_volume) = gather(&track.bank, &look, detections, &selection.indices, evidence);
+            let (mut claims, mut entries) = (selection.walk(claimed), selection.walk(row));
+            for (number, weight) in evidence.scored() {
+                if let (Some(claimed), Some(entry)) = (claims(number), entries(number)) {
+                    *claimed = true;
+                    *entry = if *weight > T::ZERO && is_finite(*weight) { *weight } else { T::ZERO };
+                }
+            }
+            let (p_miss, _) = evidence.weights();
+            *miss = if p_miss >= T::ZERO && is_finite(p_miss) { p_miss } else { T::ONE };
+            if own_volume > T::ZERO && look.p_detect(&track.bank.modes[0].mean) > T::ZERO {
+                volume += own_volume;
+            }
+        }
+        estimate_clutter(matrix, volume, |column| {
+            let detection = selection.indices.get(column).and_then(|number| detections.get(usize::from(*number)));
+            detection.is_some_and(|d| sensor.clutter(&d.z) == Clutter::Diffuse)
+        });
+    }
+
+    /// Updates every track by its probabilities, and draws the conclusions.
+    #[inline(always)]
+    fn absorb<S: Sensor<T, NX, NZ>, const NZ: usize>(
+        &self,
+        state: &mut JointState<T, NX, MODES, TRACKS, DETS, A>,
+        sensor: &S,
+        detections: &[Detection<T, NZ>],
+        selection: &Selection<DETS>,
+        report: &mut Report,
+    ) {
+        let State { picture: Picture { tracks, .. }, evidence, scratch: Joint { matrix, .. } } = state;
+        for (slot, track) in tracks.iter_mut().enumerate().filter(|(_, t)| !t.is_free()) {
+            let Some((beta_0, row)) = matrix.row_mut(slot) else { continue };
+            let look = joint_look(sensor, track);
+            let mut candidates = heapless::Vec::<u16, DETS>::new();
+            for (number, _) in selection.indices.iter().zip(row.iter()).filter(|(_, beta)| **beta > T::ZERO) {
+                let _ = candidates.push(*number);
+            }
+            let (innovations, _) = gather(&track.bank, &look, detections, &candidates, evidence);
+            let mut entries = selection.walk(row);
+            for (number, weight) in evidence.scored() {
+                *weight = entries(number).map_or(T::ZERO, |beta| *beta);
+            }
+            let p_detect = sensor.p_detect(&track.bank.modes[0].mean);
+            let p_seen = p_detect * sensor.gate().p_gate();
+            let (_, beta) = evidence.weights();
+            let given = self.setup.logic.settle(&mut track.existence, p_seen, *beta_0, beta);
+            let resets = evidence.absorb(given, &mut track.bank, &innovations, sensor.model(), detections);
+            self.setup.conclude(track, Outcome { looked: looks(p_detect), hit: *beta_0 < T::lit(0.5), resets }, report);
+        }
+    }
+
+    /// Where positions and velocities stand in the state.
+    #[must_use]
+    pub const fn layout(&self) -> Layout {
+        M::LAYOUT
+    }
+}
+
+/// A look at one track among others. Clutter of unknown density counts as one until all tracks are known.
+#[inline(always)]
+fn joint_look<'a, S, T: Real, const NX: usize, const MODES: usize>(sensor: &'a S, track: &Track<T, NX, MODES>) -> Look<'a, S, T> {
+    Look { sensor, existence: track.existence, diffuse: Clutter::Poisson(T::ONE) }
+}
+
+/// Predicts the measurements of a bank, gates and scores: once as machine code, for both passes. Returns the innovations
+/// and the volume of the gate.
+#[inline(never)]
+fn gather<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize, const DETS: usize>(
+    bank: &ModeBank<T, NX, MODES>,
+    look: &S,
+    detections: &[Detection<T, NZ>],
+    candidates: &[u16],
+    evidence: &mut Evidence<T, MODES, DETS>,
+) -> (Innovations<T, NX, NZ, MODES>, T) {
+    let innovations = innovations(bank, look.model());
+    let volume = evidence.collect(bank, &innovations, look, detections, candidates);
+    (innovations, volume)
+}
+
+/// Divides the weights of the columns that are `diffuse` by λ = m / V.
+fn estimate_clutter<T: Real, const TRACKS: usize, const DETS: usize>(
+    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+    volume: T,
+    diffuse: impl Fn(usize) -> bool,
+) {
+    let columns = matrix.columns();
+    let possible = |column: &usize| matrix.hit.iter().any(|row| row.get(*column).is_some_and(|h| *h > T::ZERO));
+    let count = (0..columns).filter(possible).count();
+    if !(0..columns).filter(possible).any(&diffuse) {
+        return;
+    }
+    matrix.clutter = ClutterPrior::Diffuse;
+    let scale = T::ONE / larger(T::from_count(count) / volume, T::lit(LEAST_DENSITY));
+    for column in (0..columns).filter(|column| diffuse(*column)) {
+        for entry in matrix.hit.iter_mut().filter_map(|row| row.get_mut(column)) {
+            *entry *= scale;
+        }
+    }
+}
+
+impl<T, M, A, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Tracker<T, NX, MODES>
+    for ImmJpda<T, M, NX, MODES, TRACKS, DETS, A>
+where
+    T: Real,
+    M: ModeSet<T, NX, MODES>,
+    A: Associator<T, TRACKS, DETS>,
+{
+    type State = JointState<T, NX, MODES, TRACKS, DETS, A>;
+
+    fn step<S: Sensor<T, NX, NZ>, const NZ: usize>(
+        &self,
+        state: &mut Self::State,
+        sensor: &S,
+        scan: &Scan<'_, T, NZ>,
+    ) -> Result<Report, ScanError> {
+        self.step(state, sensor, scan)
+    }
+
+    fn tracks<'a>(&self, state: &'a Self::State) -> impl Iterator<Item = &'a Track<T, NX, MODES>>
+    where
+        T: 'a,
+    {
+        state.tracks()
+    }
+}

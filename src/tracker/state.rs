@@ -1,0 +1,82 @@
+//! What a tracker remembers: one struct, all of its memory.
+
+use super::picture::Picture;
+use crate::evidence::Evidence;
+use crate::scalar::Real;
+use crate::scan::Estimate;
+use crate::time::Instant;
+use crate::track::{Track, TrackId};
+
+/// All that a tracker remembers, and its scratch. All zero bits when new: a `static` costs no flash.
+///
+/// `X` is what joint association needs besides, see [`JointState`](super::JointState); nothing for
+/// [`ImmPdaf`](super::ImmPdaf).
+#[derive(Clone, Debug)]
+pub struct State<T, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, X = ()> {
+    pub(super) picture: Picture<T, NX, MODES, TRACKS, DETS>,
+    pub(super) evidence: Evidence<T, MODES, DETS>,
+    pub(super) scratch: X,
+}
+
+/// Memory beside tracks and evidence.
+pub trait Scratch {
+    /// All zero bits.
+    const NEW: Self;
+}
+
+impl Scratch for () {
+    const NEW: Self = ();
+}
+
+impl<T: Real, X: Scratch, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize>
+    State<T, NX, MODES, TRACKS, DETS, X>
+{
+    /// No tracks.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { picture: Picture::new(), evidence: Evidence::new(), scratch: X::NEW }
+    }
+}
+
+impl<T: Real, X, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> State<T, NX, MODES, TRACKS, DETS, X> {
+    /// The live tracks, in slot order.
+    pub fn tracks(&self) -> impl Iterator<Item = &Track<T, NX, MODES>> {
+        self.picture.tracks.iter().filter(|t| !t.is_free())
+    }
+
+    /// The track `id`, if it lives.
+    #[must_use]
+    pub fn track(&self, id: TrackId) -> Option<&Track<T, NX, MODES>> {
+        self.picture.tracks.iter().find(|t| t.id() == Some(id))
+    }
+
+    /// Deletes the track `id`. Returns whether it lived.
+    pub fn remove(&mut self, id: TrackId) -> bool {
+        match self.picture.tracks.iter_mut().find(|t| t.id() == Some(id)) {
+            Some(track) => {
+                *track = Track::FREE;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// The combined estimates of all live tracks, computed as they are asked for.
+    pub fn estimates(&self) -> impl Iterator<Item = Estimate<T, NX>> {
+        self.picture.tracks.iter().filter_map(Track::estimate)
+    }
+
+    /// The time of the last scan.
+    #[must_use]
+    pub fn time(&self) -> Option<Instant> {
+        self.picture.time
+    }
+}
+
+impl<T: Real, X: Scratch, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Default
+    for State<T, NX, MODES, TRACKS, DETS, X>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
