@@ -143,7 +143,7 @@ step_clippy() {
     in_runner cargo clippy --target "$(host)" -- -D warnings
 }
 
-step_test() { cargo test --release --workspace; }
+step_test() { cargo test --release --workspace --features host-tests/count; }
 
 step_doc() { RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace; }
 

@@ -141,49 +141,51 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
         Self { mean, cov }
     }
 
-    /// x ← x + G w, P ← P − G E G'. Returns whether P kept finite, positive variances; where it did not, the
-    /// correction is taken back and the density is the prediction again (to rounding).
+    /// x ← x + G w, P ← P − G E G'. Where P would not keep finite variances that are not negative, or w is not finite,
+    /// nothing changes and the answer is `false`.
     ///
-    /// Cost: NX·NZ + NX·NZ² + NX(NX + 1)/2 · NZ multiply-adds.
+    /// Cost: 2 NX·NZ + NX·NZ² + NX(NX + 1)/2 · NZ multiply-adds.
     #[inline(always)]
     #[must_use]
     pub fn correct<const NZ: usize>(&mut self, cross: &SMatrix<T, NX, NZ>, by: &Correction<T, NZ>) -> bool {
-        let sum = by.w.iter().fold(T::ZERO, |sum, w| sum + *w);
-        if !(by.e.is_finite() && is_finite(sum)) {
-            return false;
-        }
-        self.shift_by(cross, by, T::ONE);
-        if self.cov.has_no_negative_variance() {
-            return true;
-        }
-        self.shift_by(cross, by, -T::ONE);
-        false
-    }
-
-    #[inline(always)]
-    fn shift_by<const NZ: usize>(&mut self, cross: &SMatrix<T, NX, NZ>, by: &Correction<T, NZ>, sign: T) {
         let g = &cross.data.0;
         let p = self.cov.upper_mut();
+        // G E, and the variances first. The flaw is zero while all is well, positive or NaN otherwise.
+        let mut flaw = by.w.iter().fold(T::ZERO, |sum, w| sum + *w) * T::ZERO;
+        let mut ge = [[T::ZERO; NZ]; NX];
         for i in 0..NX {
-            let mut gw = T::ZERO;
-            let mut ge = [T::ZERO; NZ];
             for k in 0..NZ {
-                gw += g[k][i] * by.w[k];
                 let mut v = g[0][i] * by.e.at(0, k);
                 for l in 1..NZ {
                     v += g[l][i] * by.e.at(l, k);
                 }
-                ge[k] = v * sign;
+                ge[i][k] = v;
             }
-            self.mean.data.0[0][i] += gw * sign;
+            let mut v = ge[i][0] * g[0][i];
+            for k in 1..NZ {
+                v += ge[i][k] * g[k][i];
+            }
+            v = p[i][i] - v;
+            flaw += v.abs() - v;
+        }
+        if flaw != T::ZERO {
+            return false;
+        }
+        for i in 0..NX {
+            let mut gw = g[0][i] * by.w[0];
+            for k in 1..NZ {
+                gw += g[k][i] * by.w[k];
+            }
+            self.mean.data.0[0][i] += gw;
             for j in i..NX {
-                let mut v = ge[0] * g[0][j];
+                let mut v = ge[i][0] * g[0][j];
                 for k in 1..NZ {
-                    v += ge[k] * g[k][j];
+                    v += ge[i][k] * g[k][j];
                 }
                 p[i][j] -= v;
             }
         }
+        true
     }
 
     /// The Kalman update by the residual `nu`; see [`correct`](Self::correct).

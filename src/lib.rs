@@ -56,10 +56,13 @@
 //! | tracker | targets | state |
 //! |---|---|---|
 //! | [`ImmPdaf`](tracker::ImmPdaf) | manoeuvring, in clutter, apart from each other most of the time | here |
-//! | IMM-JPDAF, LMS-JPDAF, merged-measurement coupled filter, jump-Markov GLMB | close, many, unresolved | not yet |
+//! | [`ImmJpda`](tracker::ImmJpda) | the same, close to each other and crossing | here |
+//! | LMS-JPDAF, merged-measurement coupled filter, jump-Markov GLMB | many modes, unresolved, labelled | not yet |
 //!
 //! `ImmPdaf` with one mode is the PDAF; with [`NearestNeighbour`](association::NearestNeighbour) the nearest-neighbour
-//! filter. Wrap a model in [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
+//! filter. `ImmJpda` takes [`Jpda`](association::Jpda), or [`Gnn`](association::Gnn) as a baseline; with one mode it is the
+//! JPDAF. [`Logic`](track::Logic) ends tracks by counting misses, or by the probability that their targets exist: then they
+//! are the IPDA and the JIPDA. Wrap a model in [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
 //!
 //! # Layers
 //!
@@ -71,7 +74,7 @@
 //! | [`gaussian`] | densities, predicted measurements, the correction x += G w, P −= G E G' |
 //! | [`model`] | motion (CV, CA, Singer, turns) and measurement (position, radar) by three plain functions and one fast override |
 //! | [`mode`] | several models at once: the mode bank and the interacting multiple model |
-//! | [`association`] | gates; from likelihood ratios to probabilities, knowing no state |
+//! | [`association`] | gates; from likelihood ratios to probabilities, knowing no state: single, joint, assignment |
 //! | [`scan`], [`sensor`] | what goes in and comes out; P_D and clutter |
 //! | [`evidence`] | what a scan says of one track: gate, score, absorb |
 //! | [`track`], [`initiation`] | identity, confirmation, deletion; starting tracks from plots |
@@ -81,8 +84,8 @@
 //!
 //! - **No panic, no heap, no `unsafe`.** Bad configuration does not compile or returns a [`ConfigError`](error::ConfigError).
 //!   A scan that is not finite or goes back in time returns a [`ScanError`](error::ScanError) and changes nothing.
-//! - **Load is data.** A full tracker drops by a stated rule and counts it in the [`Report`](scan::Report). Loops are
-//!   bounded by the const parameters.
+//! - **Load is data.** A full tracker drops by a stated rule and counts it in the [`Report`](scan::Report); joint events that
+//!   are given up are reported with a bound on what that changes. Loops are bounded by the const parameters.
 //! - **Single precision holds.** Covariances are symmetric by type and formed from deviations, weights in the log domain;
 //!   a correction that would break a covariance is taken back and counted, and the second one deletes that track only.
 //! - **Sensors differ, tracks do not.** The dimension of a measurement belongs to a step and its sensor; radars, direction

@@ -4,11 +4,13 @@
 //! and the bits that the library gives for all of them here, in single precision. The self-test on the target
 //! computes them again and compares.
 //!
-//! The scans: two targets for 60 scans of 1 s, P_D, noise and clutter as the tracker of the example assumes.
+//! The scans: four targets for 60 scans of 1 s, P_D, noise and clutter as the tracker of the example assumes.
 //!
 //! ```text
 //! target 1   from (9, 3) km at (-200, 60) m/s; turns right at 0.08 rad/s during 20..35 s
 //! target 2   from (-4, 8) km at (150, -120) m/s; accelerates by 8 m/s² along its flight during 25..40 s
+//! target 3   from (-6, 6) km at (200, 0) m/s
+//! target 4   from (-6, 6.6) km at (200, -20) m/s: crosses the path of 3 beside it, within 100 m during 25..35 s
 //! clutter    Poisson in range 1..12 km, azimuth of the whole turn
 //! ```
 
@@ -33,7 +35,7 @@ pub fn run(root: &Path, check: bool) -> Result<(), Failure> {
     let mut text = inputs(&cases)?;
     // The expected bits belong to the scans compiled in: after a change of these, run the command once more.
     let mut bits = Bits::default();
-    twin::run(&mut bits, &mut radar::State::new()).map_err(|fault| Failure::input(format!("{fault:?}")))?;
+    twin::run(&mut bits, &mut radar::State::new(), &mut radar::SingleState::new()).map_err(|fault| Failure::input(format!("{fault:?}")))?;
     let _ = writeln!(text, "\n/// The bits of all results, in order.\npub static EXPECTED: [u32; {}] = [", bits.0.len());
     for line in bits.0.chunks(8) {
         let line: Vec<String> = line.iter().map(|b| format!("{b:#010x}")).collect();
@@ -81,7 +83,12 @@ fn inputs(cases: &Path) -> Result<String, Failure> {
 
 fn simulate() -> Vec<Vec<[f32; 2]>> {
     let mut rng = monte_carlo::streams(SEED, 0).data;
-    let mut targets = [[9_000.0, -200.0, 3_000.0, 60.0], [-4_000.0, 150.0, 8_000.0, -120.0f64]];
+    let mut targets = [
+        [9_000.0, -200.0, 3_000.0, 60.0],
+        [-4_000.0, 150.0, 8_000.0, -120.0f64],
+        [-6_000.0, 200.0, 6_000.0, 0.0],
+        [-6_000.0, 200.0, 6_600.0, -20.0],
+    ];
     let mut scans = Vec::with_capacity(SCANS);
     for k in 0..SCANS {
         let mut plots = Vec::new();

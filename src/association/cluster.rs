@@ -6,6 +6,9 @@
 //! private     Σ of a track's unshared detections joins its weight of no detection, and is split off again in the end
 //! ```
 //!
+//! turned      tracks and detections change places: a cluster with more tracks than shared detections is swept along its
+//!             tracks, with sets of detections. vacant_t and q_j change places too; events and weights are the same.
+//!
 //! A joint event treats a private detection exactly as it treats no detection at all (under Poisson clutter), so that
 //! folding changes no probability and leaves the sweep the shared detections only.
 
@@ -46,13 +49,23 @@ pub(super) struct Cluster<T, const TRACKS: usize, const DETS: usize> {
     pub folded: bool,
     /// The vacant weights as they were taken from the matrix
     pub whole: [T; TRACKS],
+    /// Whether tracks and detections have changed places; sweeps then replace the unused weights by marginals, too.
+    pub turned: bool,
     /// Scratch of the sweeps, by the number of the track
     pub sums: [T; TRACKS],
 }
 
 impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
     pub const fn new() -> Self {
-        Self { tracks: heapless::Vec::new(), columns: heapless::Vec::new(), vacant: [T::ZERO; TRACKS], folded: false, whole: [T::ZERO; TRACKS], sums: [T::ZERO; TRACKS] }
+        Self {
+            tracks: heapless::Vec::new(),
+            columns: heapless::Vec::new(),
+            vacant: [T::ZERO; TRACKS],
+            folded: false,
+            whole: [T::ZERO; TRACKS],
+            turned: false,
+            sums: [T::ZERO; TRACKS],
+        }
     }
 
     /// The weight of track number `k` and `column`.
@@ -60,6 +73,49 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
     pub fn weight(&self, hit: &[[T; DETS]; TRACKS], k: usize, column: &Column<T>) -> T {
         let row = self.tracks.get(k).and_then(|row| hit.get(usize::from(*row)));
         row.and_then(|row| row.get(usize::from(column.det))).copied().unwrap_or(T::ZERO)
+    }
+
+    /// Becomes `other` with tracks and detections in each other's places; its weights go to `weights`. `false` where it does
+    /// not fit.
+    pub fn turn(&mut self, other: &Self, hit: &[[T; DETS]; TRACKS], weights: &mut [[T; DETS]; TRACKS]) -> bool {
+        let (rows, columns) = (other.columns.len(), other.tracks.len());
+        if rows > MASKED.min(TRACKS) || columns > DETS {
+            return false;
+        }
+        self.tracks.clear();
+        self.columns.clear();
+        self.turned = true;
+        for (i, (column, vacant)) in other.columns.iter().zip(&mut self.vacant).enumerate() {
+            let _ = self.tracks.push(i as u16);
+            *vacant = column.unused;
+        }
+        for (k, unused) in other.vacant.iter().enumerate().take(columns) {
+            let mut tracks = 0;
+            for (i, (column, row)) in other.columns.iter().zip(weights.iter_mut()).enumerate() {
+                let weight = other.weight(hit, k, column);
+                if let Some(entry) = row.get_mut(k) {
+                    *entry = weight;
+                }
+                tracks |= u32::from(weight > T::ZERO) << (i & 31);
+            }
+            let _ = self.columns.push(Column { det: k as u16, tracks, opening: 0, closing: 0, unused: *unused });
+        }
+        true
+    }
+
+    /// Hands the marginals of a turned cluster back to the one it was made of.
+    pub fn turn_back(&self, other: &mut Self, hit: &mut [[T; DETS]; TRACKS], weights: &[[T; DETS]; TRACKS]) {
+        for turned in &self.columns {
+            let k = usize::from(turned.det);
+            let Some((row, vacant)) = other.tracks.get(k).zip(other.vacant.get_mut(k)) else { return };
+            *vacant = turned.unused;
+            let Some(row) = hit.get_mut(usize::from(*row)) else { return };
+            for (column, weights) in other.columns.iter().zip(weights) {
+                if let Some((h, beta)) = row.get_mut(usize::from(column.det)).zip(weights.get(k)) {
+                    *h = *beta;
+                }
+            }
+        }
     }
 
     /// Orders the columns so that few tracks are open at a time, and marks where tracks open and close.

@@ -4,8 +4,8 @@
 //! β_tj = Σ weights of the joint events that give track t detection j / Σ weights of all joint events
 //!
 //! cluster     tracks that share detections; each cluster on its own                             cluster.rs
-//! dense       exact, if all sets of open tracks fit into NODES; otherwise, or where Z is too
-//!             small for the precision:                                                          sweep.rs
+//! dense       exact, if all sets of open tracks, or of open detections, fit into NODES;
+//!             otherwise, or where Z is too small for the precision:                   small.rs, sweep.rs
 //! balance     hit_tj e^{−u_t − v_j}, vacant_t e^{−u_t}, q_j = e^{−v_j} with the prices of the
 //!             best event: no weight is above 1 and the best event is 1                          assignment.rs
 //! bounded     the heaviest sets; every marginal is within D / (Z + D) of the exact one          beam.rs
@@ -91,6 +91,7 @@ impl<const NODES: usize> Jpda<NODES> {
 pub struct JpdaMemory<T, const TRACKS: usize, const DETS: usize, const NODES: usize> {
     partition: Partition<TRACKS, DETS>,
     cluster: Cluster<T, TRACKS, DETS>,
+    turned: Cluster<T, TRACKS, DETS>,
     weight: [T; NODES],
     key: [u32; NODES],
     starts: [u32; DETS],
@@ -106,6 +107,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize> Associ
         JpdaMemory {
             partition: Partition::new(),
             cluster: Cluster::new(),
+            turned: Cluster::new(),
             weight: [T::ZERO; NODES],
             key: [0; NODES],
             starts: [0; DETS],
@@ -173,7 +175,7 @@ impl<const NODES: usize> Jpda<NODES> {
     ) -> Outcome {
         let mut outcome = Outcome::Exact;
         let plain = matrix.clutter == ClutterPrior::Poisson && matrix.domain == Domain::Linear;
-        if !(plain && exact(&mut memory.cluster, &mut matrix.hit, &mut memory.weight, least()) > least()) {
+        if !(plain && exact(matrix, memory, least()) > least()) {
             outcome = self.balanced(matrix, memory);
         }
         hand_out(matrix, &memory.cluster, &memory.partition);
@@ -189,7 +191,7 @@ impl<const NODES: usize> Jpda<NODES> {
     ) -> Outcome {
         let diffuse = (matrix.clutter == ClutterPrior::Diffuse).then(|| memory.partition.gated(matrix.columns()));
         let logarithmic = matrix.domain == Domain::Logarithmic;
-        let JpdaMemory { cluster, weight, key, starts, scratch, assignment, .. } = memory;
+        let JpdaMemory { cluster, scratch, assignment, .. } = memory;
         let Some(perturbation) = balance(cluster, &mut matrix.hit, scratch, assignment, logarithmic) else {
             for row in cluster.tracks.iter().map(|row| usize::from(*row)) {
                 set_undetected(matrix, row);
@@ -197,9 +199,10 @@ impl<const NODES: usize> Jpda<NODES> {
             (cluster.vacant, cluster.folded) = ([T::ONE; TRACKS], false);
             return Outcome::Infeasible;
         };
-        if diffuse.is_none() && exact(cluster, &mut matrix.hit, weight, T::ZERO) > T::ZERO {
+        if diffuse.is_none() && exact(matrix, memory, T::ZERO) > T::ZERO {
             return Outcome::Exact;
         }
+        let JpdaMemory { cluster, weight, key, starts, scratch, .. } = memory;
         if cluster.tracks.len() <= MASKED {
             cluster.order();
             let hit = &mut matrix.hit;
@@ -223,23 +226,51 @@ fn least<T: Real>() -> T {
     T::EPSILON * T::EPSILON * T::EPSILON * T::EPSILON
 }
 
-/// The marginals of all events if their layers fit into `nodes`. Returns Z, zero where they do not; where it is not above
+/// The marginals of all events if their layers fit into the nodes. Returns Z, zero where they do not; where it is not above
 /// `least` nothing is replaced.
 #[inline(always)]
-fn exact<T: Real, const TRACKS: usize, const DETS: usize>(
-    cluster: &mut Cluster<T, TRACKS, DETS>,
-    hit: &mut [[T; DETS]; TRACKS],
-    nodes: &mut [T],
+fn exact<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize>(
+    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+    memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
     least: T,
 ) -> T {
-    if let Some(z) = small::marginals(cluster, hit, nodes, least) {
-        return z;
+    match small::marginals(&mut memory.cluster, &mut matrix.hit, &mut memory.weight, least) {
+        Some(z) => z,
+        None => exact_of_many(&mut matrix.hit, memory, least),
     }
-    if cluster.tracks.len() > MASKED {
-        return T::ZERO;
+}
+
+/// The same of more than four tracks, swept along the detections or along the tracks, whichever takes fewer nodes.
+#[inline(never)]
+fn exact_of_many<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize>(
+    hit: &mut [[T; DETS]; TRACKS],
+    memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
+    least: T,
+) -> T {
+    let JpdaMemory { cluster, turned, weight, scratch, .. } = memory;
+    let (tracks, columns) = (cluster.tracks.len(), cluster.columns.len());
+    let mut direct = usize::MAX;
+    if tracks <= MASKED {
+        cluster.order();
+        direct = sweep::size(cluster);
     }
-    cluster.order();
-    if sweep::fits(cluster, nodes.len()) { sweep::marginals(cluster, hit, nodes, least) } else { T::ZERO }
+    if columns < tracks && turned.turn(cluster, hit, scratch) {
+        let mut z = small::marginals(turned, scratch, weight, least);
+        if z.is_none() {
+            turned.order();
+            let size = sweep::size(turned);
+            if size < direct && size <= NODES {
+                z = Some(sweep::marginals(turned, scratch, weight, least));
+            }
+        }
+        if let Some(z) = z {
+            if z > least {
+                turned.turn_back(cluster, hit, scratch);
+            }
+            return z;
+        }
+    }
+    if direct <= NODES { sweep::marginals(cluster, hit, weight, least) } else { T::ZERO }
 }
 
 /// Scales a row to the sum one: PDA. What is no weight (NaN, negative) counts as zero. `false` where the row spans more

@@ -56,13 +56,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> AssociationMatrix<T, TRACK
     /// No columns, all zero bits.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            miss: [T::ZERO; TRACKS],
-            hit: [[T::ZERO; DETS]; TRACKS],
-            clutter: ClutterPrior::Poisson,
-            domain: Domain::Linear,
-            columns: 0,
-        }
+        Self { miss: [T::ZERO; TRACKS], hit: [[T::ZERO; DETS]; TRACKS], clutter: ClutterPrior::Poisson, domain: Domain::Linear, columns: 0 }
     }
 
     /// Starts a scan of `columns` detections (at most `DETS`): every row has no detection, for certain.

@@ -11,7 +11,7 @@
 
 use super::cluster::Cluster;
 use super::work::count;
-use crate::scalar::Real;
+use crate::scalar::{Real, is_finite};
 
 /// Replaces the weights of a cluster of two to four tracks in `hit` and `cluster.vacant` by marginals, in layers from
 /// `nodes`. `None` where the cluster is larger or the layers do not fit; otherwise Z, and where it is not above `least`
@@ -76,12 +76,12 @@ fn sweep<T: Real, const TRACKS: usize, const DETS: usize, const N: usize, const 
             }
         }
     }
-    if !(z > least) {
+    if z <= least || !is_finite(z) {
         return Some(z);
     }
     let scale = T::ONE / z;
     *vacant = missed.map(|m| m * scale);
-    for (column, layer) in cluster.columns.iter().zip(layers.iter()).rev() {
+    for (column, layer) in cluster.columns.iter_mut().zip(layers.iter()).rev() {
         let behind = b;
         if column.unused != T::ONE {
             b = b.map(|b| b * column.unused);
@@ -98,6 +98,10 @@ fn sweep<T: Real, const TRACKS: usize, const DETS: usize, const N: usize, const 
                 }
                 *h *= sum * scale;
             }
+        }
+        if cluster.turned {
+            let sum = layer.iter().zip(&behind).fold(T::ZERO, |sum, (f, b)| sum + *f * *b);
+            column.unused *= sum * scale;
         }
     }
     Some(z)

@@ -17,7 +17,7 @@
 
 use super::cluster::{Cluster, Column, MASKED, bits};
 use super::work::count;
-use crate::scalar::Real;
+use crate::scalar::{Real, is_finite};
 
 /// Layers of more tracks than this are not tried.
 const MOST_OPEN: u32 = 24;
@@ -62,14 +62,14 @@ impl Frontier {
     }
 }
 
-/// Whether all layers of the dense sweep fit into `nodes`.
-pub(super) fn fits<T: Real, const TRACKS: usize, const DETS: usize>(cluster: &Cluster<T, TRACKS, DETS>, nodes: usize) -> bool {
+/// The size of all layers of the dense sweep together; more than any room where a layer is not tried.
+pub(super) fn size<T: Real, const TRACKS: usize, const DETS: usize>(cluster: &Cluster<T, TRACKS, DETS>) -> usize {
     let (mut open, mut total) = (0u32, 1usize);
     for column in &cluster.columns {
         open |= column.tracks;
         let mut width = open.count_ones();
         if width > MOST_OPEN {
-            return false;
+            return usize::MAX;
         }
         // After the column, and after every closing.
         total = total.saturating_add(1 << width);
@@ -79,7 +79,7 @@ pub(super) fn fits<T: Real, const TRACKS: usize, const DETS: usize>(cluster: &Cl
         }
         open &= !column.closing;
     }
-    total <= nodes
+    total
 }
 
 /// Replaces the weights of `cluster` in `hit` and `cluster.vacant` by marginals. Returns Z; where it is not above `least`
@@ -98,7 +98,7 @@ pub(super) fn marginals<T: Real, const TRACKS: usize, const DETS: usize>(
         forward(cluster, column, hit, nodes, &mut frontier);
     }
     let z = nodes.get(frontier.at).copied().unwrap_or(T::ZERO);
-    if !(z > least) {
+    if z <= least || !is_finite(z) {
         return z;
     }
     if let Some(last) = nodes.get_mut(frontier.at) {
@@ -137,13 +137,11 @@ fn forward<T: Real, const TRACKS: usize, const DETS: usize>(
             with.iter_mut().zip(without).for_each(|(n, f)| *n += weight * *f);
         }
     }
-    let mut slot = frontier.open.count_ones();
-    for k in bits(column.opening) {
+    for (slot, k) in (frontier.open.count_ones()..).zip(bits(column.opening)) {
         let weight = cluster.weight(hit, k, column);
         let with = next.iter_mut().skip(1 << (slot & 31));
         with.zip(layer.iter()).for_each(|(n, f)| *n = weight * *f);
         frontier.slot[k % MASKED] = slot as u8;
-        slot += 1;
     }
     frontier.open |= column.opening;
     frontier.at += frontier.size;
@@ -215,6 +213,10 @@ fn backward<T: Real, const TRACKS: usize, const DETS: usize>(
         if let Some(slot) = cluster.sums.get_mut(k) {
             *slot = sum * scale;
         }
+    }
+    if cluster.turned {
+        let sum = layer.iter().zip(behind.iter()).fold(T::ZERO, |sum, (f, b)| sum + *f * *b);
+        cluster.columns.iter_mut().filter(|c| c.det == column.det).for_each(|c| c.unused *= sum * scale);
     }
     layer.iter_mut().zip(behind.iter()).for_each(|(f, b)| *f = column.unused * *b);
     for k in bits(column.tracks) {

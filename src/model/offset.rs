@@ -11,7 +11,7 @@
 //!
 //! ẑ alone would do for a track whose velocity is known; the rest lets a young track learn its velocity over the time that
 //! really passed. Left out are the process noise over δ and the curvature of h: at a range r a target that crosses with
-//! speed v is measured v² δ² / 2r too near, 4 m at 5 km, 200 m/s and one second.
+//! speed v is predicted v² δ² / 2r too near, 4 m at 5 km, 200 m/s and one second.
 //!
 //! What is predicted costs one Jacobian and about NX NZ (NX + 2 NZ) multiply-adds a mode, whatever the number of detections.
 

@@ -9,6 +9,7 @@
 //!
 //! A tracker puts its association between the first two.
 
+use crate::association::Gate;
 use crate::error::{ConfigError, ScanError};
 use crate::gaussian::Gaussian;
 use crate::initiation::{Initiation, Seed};
@@ -19,7 +20,6 @@ use crate::scan::{Report, Scan, Selection};
 use crate::sensor::{Clutter, Sensor};
 use crate::time::{Duration, Instant};
 use crate::track::{Change, Identities, Logic, Track, TrackId};
-use crate::association::Gate;
 use nalgebra::SVector;
 
 /// A sensor that detects less often than this does not look at the track: no hit then is no miss.
@@ -48,7 +48,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Set
     }
 
     /// What a scan has made of a track that was updated.
-    #[inline(always)]
+    #[inline(never)]
     pub fn conclude(&self, track: &mut Track<T, NX, MODES>, outcome: Outcome, report: &mut Report) {
         // A prediction over an absurd time may overflow: that track goes, and nothing else notices.
         let resets = outcome.resets + u16::from(!track.bank.is_valid());
@@ -128,13 +128,7 @@ pub(super) struct Picture<T, const NX: usize, const MODES: usize, const TRACKS: 
 
 impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Picture<T, NX, MODES, TRACKS, DETS> {
     pub const fn new() -> Self {
-        Self {
-            time: None,
-            ids: Identities::new(),
-            tracks: [Track::FREE; TRACKS],
-            seeds: heapless::Vec::new(),
-            claimed: [false; DETS],
-        }
+        Self { time: None, ids: Identities::new(), tracks: [Track::FREE; TRACKS], seeds: heapless::Vec::new(), claimed: [false; DETS] }
     }
 
     /// A confirmed track from elsewhere, at the time of the last scan.
@@ -190,7 +184,8 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
     }
 
     /// Between two scans at the same time nothing moves, no mode jumps and no target goes.
-    #[inline(always)]
+    // One copy for all sensors.
+    #[inline(never)]
     fn predict<M: ModeSet<T, NX, MODES>>(&mut self, setup: &Setup<T, M, NX, MODES>, gap: Duration) {
         if gap == Duration::ZERO {
             return;

@@ -1,4 +1,4 @@
-//! Recorded radar scans through IMM-PDAF on the microcontroller: tracks out over defmt.
+//! Recorded radar scans through IMM-JPDAF on the microcontroller: tracks out over defmt.
 //!
 //! `cargo run --release --bin demo` runs it in QEMU and decodes the frames. The tracker's configuration and scans are
 //! those of the crate `twin`, so the desk can compute the same.
@@ -31,7 +31,7 @@ fn track(state: &mut State) -> Result<usize, twin::Fault> {
     let (tracker, sensor) = (radar::tracker()?, radar::sensor()?);
     for k in 0..radar::scans() {
         let report = radar::step(&tracker, &sensor, state, k)?;
-        if report.births > 0 || report.tracks_confirmed > 0 || report.tracks_deleted > 0 {
+        if report.births > 0 || report.tracks_confirmed > 0 || report.tracks_deleted > 0 || !report.is_complete() {
             defmt::debug!("scan {=usize}: {}", k, report);
         }
         for estimate in state.estimates().filter(|e| e.status != Status::Tentative) {

@@ -8,7 +8,8 @@
 
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
-use twin::{Label, Sink, data::EXPECTED, radar::State};
+use twin::radar::{SingleState, State};
+use twin::{Label, Sink, data::EXPECTED};
 
 /// Compares values in order and keeps the first that differs.
 #[derive(Default)]
@@ -32,8 +33,9 @@ impl Sink for Comparison {
 #[entry]
 fn main() -> ! {
     static mut STATE: State = State::new();
+    static mut SINGLE: SingleState = SingleState::new();
     let mut comparison = Comparison::default();
-    let run = twin::run(&mut comparison, STATE);
+    let run = twin::run(&mut comparison, STATE, SINGLE);
     if let Err(fault) = run {
         hprintln!("selftest: {:?}", fault);
     }

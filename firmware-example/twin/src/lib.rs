@@ -1,4 +1,4 @@
-//! What desk and target both run: one tracker on recorded scans, and one pass through every kernel.
+//! What desk and target both run: trackers on recorded scans, and one pass through every kernel.
 //!
 //! Each run tells its results, value by value, to a [`Sink`]. The desk writes the bits of those values into
 //! [`data::EXPECTED`] (`cargo run --release -p host-tests -- twin`); the self-test on the target compares. A
@@ -69,7 +69,7 @@ impl From<boresight::error::ScanError> for Fault {
 ///
 /// # Errors
 /// Where a configuration here is wrong.
-pub fn run<S: Sink>(sink: &mut S, state: &mut radar::State) -> Result<(), Fault> {
-    radar::run(sink, state)?;
+pub fn run<S: Sink>(sink: &mut S, state: &mut radar::State, single: &mut radar::SingleState) -> Result<(), Fault> {
+    radar::run(sink, state, single)?;
     kernels::run(sink)
 }

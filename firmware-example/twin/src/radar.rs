@@ -1,8 +1,9 @@
-//! The tracker of the demo: an air-surveillance radar (range, azimuth) at the origin, targets that fly straight, turn
-//! and accelerate, IMM-PDAF with three modes that starts, confirms and deletes its tracks by itself.
+//! The trackers of the demo: an air-surveillance radar (range, azimuth) at the origin, targets that fly straight, turn,
+//! accelerate and cross each other, three modes. IMM-JPDAF, and IMM-PDAF on the same scans for the self-test; both start,
+//! confirm and delete their tracks by themselves.
 
 use crate::{Fault, Label, Sink, data, tell};
-use boresight::association::Gate;
+use boresight::association::{Gate, Jpda};
 use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
 use boresight::initiation::{Initiation, Rule};
@@ -13,7 +14,7 @@ use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::{Duration, Instant};
 use boresight::track::Logic;
-use boresight::tracker::{self, ImmPdaf};
+use boresight::tracker::{self, ImmJpda, ImmPdaf, JointState};
 use nalgebra::SVector;
 
 /// States: (x, vx, ax, y, vy, ay)
@@ -21,9 +22,11 @@ pub const NX: usize = 6;
 /// Quiet flight, gentle and hard manoeuvres
 pub const MODES: usize = 3;
 /// Room for tracks
-pub const TRACKS: usize = 8;
+pub const TRACKS: usize = 12;
 /// Room for detections in a scan
 pub const DETS: usize = 32;
+/// Room for sets of served tracks
+pub const NODES: usize = 128;
 
 /// Standard deviation of the range \[m\]
 pub const SIGMA_RANGE: f32 = 15.0;
@@ -37,17 +40,20 @@ pub const CLUTTER_DENSITY: f32 = 1e-4;
 type Modes = (ConstantVelocity<f32, 2, 3>, ConstantAcceleration<f32, 2>, ConstantAcceleration<f32, 2>);
 
 /// The tracker
-pub type Tracker = ImmPdaf<f32, Modes, NX, MODES, TRACKS, DETS>;
+pub type Tracker = ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, Jpda<NODES>>;
 /// Its state
-pub type State = tracker::State<f32, NX, MODES, TRACKS, DETS>;
+pub type State = JointState<f32, NX, MODES, TRACKS, DETS, Jpda<NODES>>;
+/// The tracker that associates each track alone
+pub type SingleTracker = ImmPdaf<f32, Modes, NX, MODES, TRACKS, DETS>;
+/// Its state
+pub type SingleState = tracker::State<f32, NX, MODES, TRACKS, DETS>;
 /// The radar
 pub type Sensor = UniformSensor<Radar<f32, 2, 2, 3>, f32>;
 
-/// The tracker's configuration.
-///
-/// # Errors
-/// None: the constants here are valid.
-pub fn tracker() -> Result<Tracker, ConfigError> {
+/// Modes, jump matrix, initial mode probabilities, track life and initiation
+type Setup = (Modes, [[f32; MODES]; MODES], [f32; MODES], Logic<f32>, Initiation<f32, NX>);
+
+fn setup() -> Result<Setup, ConfigError> {
     let modes = (
         ConstantVelocity::new(ProcessNoise::Discrete(0.1))?,
         ConstantAcceleration::new(ProcessNoise::Discrete(1.0))?,
@@ -57,7 +63,25 @@ pub fn tracker() -> Result<Tracker, ConfigError> {
     let logic = Logic::new(4, 6, 5)?.with_position_limit(1500.0)?.with_duplicate_distance(1.0)?;
     let prior = Gaussian::new(SVector::zeros(), Symmetric::from_diagonal([1.0, 1e4, 25.0, 1.0, 1e4, 25.0]));
     let rule = Rule::TwoPoint { max_speed: 350.0, max_gap: Duration::from_millis(2500) };
-    Ok(ImmPdaf::new(modes, jump, [0.8, 0.15, 0.05], logic)?.with_initiation(Initiation::new(rule, prior)?))
+    Ok((modes, jump, [0.8, 0.15, 0.05], logic, Initiation::new(rule, prior)?))
+}
+
+/// The tracker's configuration.
+///
+/// # Errors
+/// None: the constants here are valid.
+pub fn tracker() -> Result<Tracker, ConfigError> {
+    let (modes, jump, initial, logic, initiation) = setup()?;
+    Ok(ImmJpda::new(modes, jump, initial, logic, Jpda::new())?.with_initiation(initiation))
+}
+
+/// The configuration of the tracker that associates each track alone.
+///
+/// # Errors
+/// None: the constants here are valid.
+pub fn single_tracker() -> Result<SingleTracker, ConfigError> {
+    let (modes, jump, initial, logic, initiation) = setup()?;
+    Ok(ImmPdaf::new(modes, jump, initial, logic)?.with_initiation(initiation))
 }
 
 /// The radar.
@@ -80,7 +104,7 @@ pub fn scans() -> usize {
 ///
 /// # Errors
 /// None: the recorded scans are in order and finite.
-pub fn step(tracker: &Tracker, sensor: &Sensor, state: &mut State, k: usize) -> Result<Report, Fault> {
+pub fn step<K: tracker::Tracker<f32, NX, MODES>>(tracker: &K, sensor: &Sensor, state: &mut K::State, k: usize) -> Result<Report, Fault> {
     let plots = data::SCANS.get(k).copied().unwrap_or_default();
     let mut detections = [Detection::new([0.0f32; 2]); DETS];
     let mut count = 0;
@@ -94,15 +118,17 @@ pub fn step(tracker: &Tracker, sensor: &Sensor, state: &mut State, k: usize) -> 
 }
 
 /// All scans; tells every track's density and mode probabilities after each.
-///
-/// # Errors
-/// Where a configuration here is wrong.
-pub fn run<S: Sink>(sink: &mut S, state: &mut State) -> Result<(), Fault> {
-    let (tracker, sensor) = (tracker()?, sensor()?);
+fn follow<K: tracker::Tracker<f32, NX, MODES>, S: Sink>(
+    tracker: &K,
+    part: &'static str,
+    sink: &mut S,
+    state: &mut K::State,
+) -> Result<(), Fault> {
+    let sensor = sensor()?;
     for k in 0..scans() {
-        step(&tracker, &sensor, state, k)?;
-        for track in state.tracks() {
-            let label = Label { part: "tracker", scan: k, track: track.id().map_or(0, |id| id.number()), field: "mode probability" };
+        step(tracker, &sensor, state, k)?;
+        for track in tracker.tracks(state) {
+            let label = Label { part, scan: k, track: track.id().map_or(0, |id| id.number()), field: "mode probability" };
             sink.take(Label { field: "identity", ..label }, label.track as f32);
             for p in track.bank().prob {
                 sink.take(label, p);
@@ -111,4 +137,13 @@ pub fn run<S: Sink>(sink: &mut S, state: &mut State) -> Result<(), Fault> {
         }
     }
     Ok(())
+}
+
+/// All scans through both trackers.
+///
+/// # Errors
+/// Where a configuration here is wrong.
+pub fn run<S: Sink>(sink: &mut S, state: &mut State, single: &mut SingleState) -> Result<(), Fault> {
+    follow(&tracker()?, "IMM-JPDAF", sink, state)?;
+    follow(&single_tracker()?, "IMM-PDAF", sink, single)
 }

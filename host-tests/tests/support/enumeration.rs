@@ -31,7 +31,8 @@ impl Events {
             }
             return;
         };
-        let possible: Vec<_> = row.iter().copied().enumerate().filter(|(entry, w)| *w > 0.0 && !(*entry > 0 && self.chosen.contains(entry))).collect();
+        let possible: Vec<_> =
+            row.iter().copied().enumerate().filter(|(entry, w)| *w > 0.0 && !(*entry > 0 && self.chosen.contains(entry))).collect();
         for (entry, w) in possible {
             self.chosen.push(entry);
             self.list(weight * w);

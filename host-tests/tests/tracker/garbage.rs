@@ -261,9 +261,8 @@ fn turns_of_unknown_rate() -> Result<(), TestCaseError> {
     let quiet = ConstantVelocity::<f32, 2>::new(ProcessNoise::Continuous(0.0))?;
     let turn = UnknownTurn::<f32, 2>::new(ProcessNoise::Continuous(1.0), ProcessNoise::Continuous(1e-2))?;
     let jump = [[0.95, 0.05], [0.05, 0.95]];
-    let make = |logic, initiation| {
-        Ok(ImmPdaf::<_, _, 5, 2, TRACKS, DETS>::new((quiet, turn), jump, [0.5; 2], logic)?.with_initiation(initiation))
-    };
+    let make =
+        |logic, initiation| Ok(ImmPdaf::<_, _, 5, 2, TRACKS, DETS>::new((quiet, turn), jump, [0.5; 2], logic)?.with_initiation(initiation));
     survives(make, |life| match life.rng.random_range(0..3) {
         0 => life.positions::<2, 2>(),
         1 => life.radar::<2, 2, 2>([Azimuth, Range]),

@@ -9,7 +9,8 @@
 //! | [`seam`] | targets that cross the seam of azimuth are found and held there, by folded range-rates as well |
 //! | [`sectors`] | a rotating radar: detections with times of their own |
 //! | [`precision`] | f32 beside f64 on the same scans |
-//! | [`joint`] | tracks associated together: one scan against all joint events; order, distance, identities at a crossing |
+//! | [`joint`] | tracks associated together: one alone, order, distance, identities at a crossing |
+//! | [`listing`] | one scan of tracks associated together against everything that may have happened |
 //! | [`existence`] | integrated existence: numbers by hand, false tracks and real ones, what a sensor that does not look tells |
 //! | [`sensors`] | sensors of every dimension, rate and place feed one picture of several targets |
 //! | [`garbage`] | tens of thousands of absurd scans: no panic, nothing that is not finite, every account balanced |
@@ -21,6 +22,7 @@ mod existence;
 mod garbage;
 mod joint;
 mod life;
+mod listing;
 mod precision;
 mod refusal;
 mod seam;
@@ -62,7 +64,9 @@ const SIGMA: f64 = 20.0;
 const CLUTTER: f64 = 1e-7;
 
 /// The modes, their jumps and the mode probabilities of a new track.
-fn modes<T: Real>() -> Result<(Modes<T>, JumpMatrix<T, 2>, [T; 2]), ConfigError> {
+type Motion<T> = (Modes<T>, JumpMatrix<T, 2>, [T; 2]);
+
+fn modes<T: Real>() -> Result<Motion<T>, ConfigError> {
     let quiet = ConstantVelocity::new(ProcessNoise::Continuous(T::lit(0.1)))?;
     let manoeuvre = ConstantAcceleration::new(ProcessNoise::Continuous(T::lit(10.0)))?;
     Ok(((quiet, manoeuvre), [[0.95, 0.05], [0.1, 0.9]].map(|row| row.map(T::lit)), [0.9, 0.1].map(T::lit)))

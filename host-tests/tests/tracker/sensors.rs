@@ -10,9 +10,9 @@
 use crate::enumeration::Enumeration;
 use crate::tracking::{Target, measure, normal, on_target, radar};
 use crate::{SIGMA, joint_tracker, positions, two_points};
+use boresight::association::Gate;
 use boresight::model::radar::Component::{Azimuth, Range, RangeRate};
 use boresight::model::radar::{Mount, Radar};
-use boresight::association::Gate;
 use boresight::scalar::Real;
 use boresight::scan::{Detection, Report, Scan};
 use boresight::sensor::{Clutter, UniformSensor};
@@ -44,7 +44,7 @@ fn another<T: Real, const NZ: usize>(
     p_detect: f64,
     clutter: Clutter<T>,
 ) -> Result<UniformSensor<Radar<T, NZ, 2, 3>, T>, TestCaseError> {
-    Ok(UniformSensor::new(sensor.model.clone(), T::lit(p_detect), clutter, Gate::new::<NZ>(T::lit(20.0))?)?)
+    Ok(UniformSensor::new(sensor.model, T::lit(p_detect), clutter, Gate::new::<NZ>(T::lit(20.0))?)?)
 }
 
 /// Forty seconds of looks; both targets are found within five and keep one track each.
@@ -91,7 +91,10 @@ fn one_picture<T: Real>(logic: Logic<T>, seed: u64) -> TestCaseResult {
         if millis >= 5000 {
             let now = TARGETS.each_ref().map(|s| on_target(&state, s.at(t)));
             for (id, now) in ids.iter_mut().zip(now) {
-                prop_assert!(now.is_some() && (id.is_none() || *id == now || near_the_crossing(t)), "seed {seed}: {id:?} became {now:?} at {t} s");
+                prop_assert!(
+                    now.is_some() && (id.is_none() || *id == now || near_the_crossing(t)),
+                    "seed {seed}: {id:?} became {now:?} at {t} s"
+                );
                 if !near_the_crossing(t) {
                     *id = now;
                 }

@@ -24,7 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Poisson, StandardNormal};
 
 /// −2 ln 10⁻⁶
-const ON_TARGET: f64 = 27.6;
+pub const ON_TARGET: f64 = 27.6;
 /// Half the side of the square that clutter falls in \[m\].
 const HALF: f64 = 10_000.0;
 pub const P_DETECT: f64 = 0.9;
@@ -47,7 +47,7 @@ pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
 }
 
 /// The error of an estimate in units of its own covariance, squared.
-fn normalised_error<T: Real>(g: &Gaussian<T, 6>, truth: Vector2<f64>) -> f64 {
+pub fn normalised_error<T: Real>(g: &Gaussian<T, 6>, truth: Vector2<f64>) -> f64 {
     let entry = |i: usize, j: usize| g.cov.get(3 * i, 3 * j).map_or(f64::NAN, Real::to_f64);
     let d = truth - Vector2::new(g.mean[0], g.mean[3]).map(Real::to_f64);
     Matrix2::from_fn(entry).try_inverse().map_or(f64::NAN, |inverse| d.dot(&(inverse * d)))

@@ -12,23 +12,17 @@
 //! The association is blind to modes and the modes stay exact all the same: for one track this is PDA inside every
 //! mode with the mixture likelihood e_r, as corrected in the equations 10–16 of Kashyap et al. (2006).
 //!
-//! A detection with a time of its own (an offset from its scan) is predicted at that time, with its own ẑ, G and S
-//! ([`Detection::with_offset`]). The G differ then, and mode r is corrected by one detection after the other, none first:
-//!
-//! ```text
-//! P ← P − p_j G_j S_j⁻¹ G_j',   d = G_j S_j⁻¹ ν_j − m,   m ← m + p_j/(q + p_j) d,   P ← P + q p_j/(q + p_j) d d',   q ← q + p_j
-//! ```
-//!
-//! from q = β_0 / e_r and m = 0, which ends in x + m: the same mixture, by terms that do not cancel.
+//! Detections with a time of their own within the scan: `offset.rs`.
 //!
 //! Likelihoods are kept relative to e^reference, the largest of the scan, so that an outlier under every mode does
 //! not turn probabilities into 0/0. Where a miss is possible the reference stays above −60: likelihoods far below are
 //! then zero beside the miss, and the miss is at most e⁶⁰, which single precision holds.
 
-use crate::gaussian::{Correction, Gaussian, Innovation, ResidualDensity};
+mod offset;
+
+use crate::gaussian::{Correction, Innovation, ResidualDensity};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
-use crate::model::offset::Drift;
 use crate::scalar::{Real, exp, larger};
 use crate::scan::Detection;
 use crate::sensor::{Clutter, Sensor};
@@ -130,35 +124,15 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
                 (widest, widest_mode) = (Predicted::of(innovation), r);
             }
         }
-        let mut drifts = None;
         let p_detect = sensor.p_detect(&bank.modes[0].mean);
         if !widest.density.is_proper() {
             self.miss = T::ONE;
             return T::ZERO;
         }
-        for &number in candidates {
-            let Some(detection) = detections.get(usize::from(number)) else { continue };
-            if detection.offset != Duration::ZERO {
-                let drifts = drifts.get_or_insert_with(|| drifts_of(bank, innovations, model));
-                let seen = innovations.iter().zip(drifts.iter()).map(|(innovation, drift)| seen(drift, innovation, detection));
-                let nis = |s: &Innovation<T, NX, NZ>| s.density.nis(&model.residual(&detection.z, &s.z_hat));
-                let in_gate = seen.clone().nth(widest_mode).is_some_and(|s| s.density.is_proper() && nis(&s) <= gate.threshold());
-                if in_gate && let Some(row) = self.admit(number) {
-                    for (ln_l, s) in row.iter_mut().zip(seen) {
-                        *ln_l = s.density.ln_norm - T::lit(0.5) * nis(&s);
-                    }
-                }
-                continue;
-            }
-            if widest.density_of(detection).nis(&model.residual(&detection.z, &widest.z_hat)) <= gate.threshold()
-                && let Some(row) = self.admit(number)
-            {
-                // ln L for now; `score` makes likelihoods of them.
-                for (ln_l, innovation) in row.iter_mut().zip(innovations) {
-                    let nu = model.residual(&detection.z, &innovation.z_hat);
-                    *ln_l = Predicted::of(innovation).density_of(detection).ln_at(&nu);
-                }
-            }
+        match kind_of(detections, candidates) {
+            Kind::Plain => self.gate::<_, true, NX, NZ>(&widest, innovations, model, gate.threshold(), detections, candidates),
+            Kind::OwnNoise => self.gate_with_noise(&widest, innovations, model, gate.threshold(), detections, candidates),
+            Kind::OwnTime => self.gate_at_their_times(bank, innovations, sensor, detections, candidates, widest_mode),
         }
         let volume = gate.volume(widest.density.root_det());
         let diffuse = T::from_count(self.gated.len()) / volume;
@@ -169,6 +143,45 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
             }
         });
         volume
+    }
+
+    /// Gates by `widest`, and writes ln L of the detections in the gate; `score` makes likelihoods of them. With `PLAIN` no
+    /// detection has a noise of its own.
+    #[inline(always)]
+    fn gate<M: MeasurementModel<T, NX, NZ>, const PLAIN: bool, const NX: usize, const NZ: usize>(
+        &mut self,
+        widest: &Predicted<T, NZ>,
+        innovations: &Innovations<T, NX, NZ, MODES>,
+        model: &M,
+        threshold: T,
+        detections: &[Detection<T, NZ>],
+        candidates: &[u16],
+    ) {
+        for &number in candidates {
+            let Some(detection) = detections.get(usize::from(number)) else { continue };
+            let density = |p: &Predicted<T, NZ>| if PLAIN { p.density } else { p.density_of(detection) };
+            if density(widest).nis(&model.residual(&detection.z, &widest.z_hat)) <= threshold
+                && let Some(row) = self.admit(number)
+            {
+                for (ln_l, innovation) in row.iter_mut().zip(innovations) {
+                    let nu = model.residual(&detection.z, &innovation.z_hat);
+                    *ln_l = density(&Predicted::of(innovation)).ln_at(&nu);
+                }
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn gate_with_noise<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
+        &mut self,
+        widest: &Predicted<T, NZ>,
+        innovations: &Innovations<T, NX, NZ, MODES>,
+        model: &M,
+        threshold: T,
+        detections: &[Detection<T, NZ>],
+        candidates: &[u16],
+    ) {
+        self.gate::<_, false, NX, NZ>(widest, innovations, model, threshold, detections, candidates);
     }
 
     /// The row of likelihoods of one more gated detection.
@@ -226,17 +239,19 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         for (beta, mixture) in self.hit.iter_mut().zip(&self.mixture).take(self.gated.len()) {
             *beta = if *mixture > T::lit(LEAST_PROBABILITY) { *beta / *mixture } else { T::ZERO };
         }
-        let has_offset = |number: &u16| detections.get(usize::from(*number)).is_some_and(|d| d.offset != Duration::ZERO);
-        let one_by_one = self.gated.iter().any(has_offset);
+        let kind = kind_of(detections, &self.gated);
         let mut resets = 0;
         let mut sum = T::ZERO;
         let mut prob = bank.prob;
         for r in 0..MODES {
             let (mode, innovation) = (&mut bank.modes[r], &innovations[r]);
-            let (evidence, kept) = if one_by_one {
+            let (evidence, kept) = if let Kind::OwnTime = kind {
                 self.correct_one_by_one(r, beta_0, mode, innovation, model, detections)
             } else {
-                let (evidence, correction) = self.correction(r, beta_0, innovation, model, detections);
+                let (evidence, correction) = match kind {
+                    Kind::Plain => self.correction::<_, true, NX, NZ>(r, beta_0, innovation, model, detections),
+                    _ => self.correction_with_noise(r, beta_0, innovation, model, detections),
+                };
                 // False for what is no number, too: there is nothing to correct by.
                 let likely = evidence > T::lit(LEAST_PROBABILITY);
                 (evidence, !likely || mode.correct(&innovation.cross, &correction))
@@ -254,9 +269,21 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         resets
     }
 
-    /// e_r, and the association update of mode r.
+    #[inline(never)]
+    fn correction_with_noise<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
+        &self,
+        r: usize,
+        beta_0: T,
+        innovation: &Innovation<T, NX, NZ>,
+        model: &M,
+        detections: &[Detection<T, NZ>],
+    ) -> (T, Correction<T, NZ>) {
+        self.correction::<_, false, NX, NZ>(r, beta_0, innovation, model, detections)
+    }
+
+    /// e_r, and the association update of mode r. With `PLAIN` no detection has a noise of its own.
     #[inline(always)]
-    fn correction<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
+    fn correction<M: MeasurementModel<T, NX, NZ>, const PLAIN: bool, const NX: usize, const NZ: usize>(
         &self,
         r: usize,
         beta_0: T,
@@ -272,7 +299,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
             let p = *q * likelihood[r];
             let Some(detection) = detections.get(usize::from(*number)) else { continue };
             let nu = model.residual(&detection.z, &innovation.z_hat);
-            let u = if detection.noise.is_some() {
+            let u = if !PLAIN && detection.noise.is_some() {
                 let density = Predicted::of(innovation).density_of(detection);
                 for k in 0..NZ {
                     for l in k..NZ {
@@ -299,61 +326,29 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         let e = Symmetric::from_fn(|k, l| (e.upper()[k][l] + shared * s_inv[k][l]) * scale + w[k] * w[l]);
         (evidence, Correction { w, e })
     }
-
-    /// e_r, and whether mode r took the association update by detections with times of their own.
-    fn correct_one_by_one<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
-        &self,
-        r: usize,
-        beta_0: T,
-        mode: &mut Gaussian<T, NX>,
-        innovation: &Innovation<T, NX, NZ>,
-        model: &M,
-        detections: &[Detection<T, NZ>],
-    ) -> (T, bool) {
-        let weighed = self.gated.iter().zip(&self.likelihood).zip(&self.hit).map(|((number, likelihood), q)| (number, *q * likelihood[r]));
-        let evidence = weighed.clone().fold(beta_0, |sum, (_, p)| sum + p);
-        if !evidence.is_finite() || evidence <= T::lit(LEAST_PROBABILITY) {
-            return (evidence, true);
-        }
-        let drift = Drift::new(model, mode, innovation);
-        let mut corrected = *mode;
-        let (mut q, mut m) = (beta_0 / evidence, SVector::<T, NX>::zeros());
-        for (number, p) in weighed {
-            let p = p / evidence;
-            let Some(detection) = detections.get(usize::from(*number)).filter(|_| p > T::ZERO) else { continue };
-            let seen = seen(&drift, innovation, detection);
-            let s_inv = &seen.density.s_inv;
-            let d = seen.cross * SVector::from(s_inv.times(&model.residual(&detection.z, &seen.z_hat).data.0[0])) - m;
-            let share = p / (q + p);
-            let known = Correction { w: [T::ZERO; NZ], e: Symmetric::from_fn(|k, l| p * s_inv.upper()[k][l]) };
-            let apart = Correction { w: [share], e: Symmetric::from_diagonal([-q * share]) };
-            if !(corrected.correct(&seen.cross, &known) && corrected.correct(&d, &apart)) {
-                return (evidence, false);
-            }
-            (q, m) = (q + p, m + d * share);
-        }
-        *mode = corrected;
-        (evidence, true)
-    }
 }
 
-/// The drift of every mode.
-fn drifts_of<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
-    bank: &ModeBank<T, NX, MODES>,
-    innovations: &Innovations<T, NX, NZ, MODES>,
-    model: &M,
-) -> [Drift<T, NX, NZ>; MODES] {
-    core::array::from_fn(|r| Drift::new(model, &bank.modes[r], &innovations[r]))
+/// What the detections of a scan bring besides their coordinates.
+#[derive(Clone, Copy)]
+enum Kind {
+    Plain,
+    OwnNoise,
+    OwnTime,
 }
 
-/// The predicted measurement at the time of `detection`, with its own noise or the sensor's.
+/// The most that any of the detections numbered `numbers` brings.
 #[inline(always)]
-fn seen<T: Real, const NX: usize, const NZ: usize>(
-    drift: &Drift<T, NX, NZ>,
-    innovation: &Innovation<T, NX, NZ>,
-    detection: &Detection<T, NZ>,
-) -> Innovation<T, NX, NZ> {
-    drift.seen(innovation, detection.offset.as_secs(), detection.noise.as_ref())
+fn kind_of<T, const NZ: usize>(detections: &[Detection<T, NZ>], numbers: &[u16]) -> Kind {
+    let mut kind = Kind::Plain;
+    for detection in numbers.iter().filter_map(|number| detections.get(usize::from(*number))) {
+        if detection.offset != Duration::ZERO {
+            return Kind::OwnTime;
+        }
+        if detection.noise.is_some() {
+            kind = Kind::OwnNoise;
+        }
+    }
+    kind
 }
 
 /// What gating needs of an innovation: copied, unlike the wide G = P H'.
