@@ -43,13 +43,23 @@ const PDA: &[Compared] = &[
 const IMMPDAF: &[Compared] =
     &[("steps", "validated", Equal, 0.0), ("steps", "mu", Absolute, 1e-8), ("steps", "x", Relative, 1e-8), ("steps", "P", Relative, 1e-8)];
 
-/// What `solve` may read of a step and of a case of `pda`; all else is a result.
-const STEP_INPUTS: [&str; 5] = ["z", "F", "Q", "H", "R"];
-const PDA_RESULTS: [&str; 8] = ["d2_all", "validated", "z_pred", "S", "K", "V", "parametric", "nonparametric"];
+const JPDA: &[Compared] = &[("", "beta", Absolute, 1e-9)];
+const IMMJPDAF: &[Compared] = &[
+    ("targets", "beta", Absolute, 1e-8),
+    ("targets", "mu", Absolute, 1e-8),
+    ("targets", "x", Relative, 1e-8),
+    ("targets", "P", Relative, 1e-8),
+];
 
-fn strip(file: &mut Value) {
+/// What `solve` may read of a step; all else is a result, as is of a case what is named here.
+const STEP_INPUTS: [&str; 5] = ["z", "F", "Q", "H", "R"];
+const PDA_RESULTS: &[&str] = &["d2_all", "validated", "z_pred", "S", "K", "V", "parametric", "nonparametric"];
+const JPDA_RESULTS: &[&str] = &["n_events", "infeasible", "log_total", "beta", "log_beta", "kbest", "validated", "m"];
+
+fn strip(kind: &str, file: &mut Value) {
+    let results = if kind.starts_with("jpda") { JPDA_RESULTS } else { PDA_RESULTS };
     for case in file["cases"].as_array_mut().into_iter().flatten().filter_map(Value::as_object_mut) {
-        case.retain(|key, _| !PDA_RESULTS.contains(&key.as_str()));
+        case.retain(|key, _| !results.contains(&key.as_str()));
         for step in case.get_mut("steps").and_then(Value::as_array_mut).into_iter().flatten().filter_map(Value::as_object_mut) {
             step.retain(|key, _| STEP_INPUTS.contains(&key.as_str()));
         }
@@ -76,10 +86,14 @@ fn deviation(mode: Mode, reference: &Value, solved: &Value) -> f64 {
     if mode == Relative { worst / largest } else { worst }
 }
 
-/// The values of a field: of the case, of a container in it, or of every step.
+/// The values of a field: of the case, of a container in it, of every step, or of every target of every step.
 fn pick<'a>(case: &'a Value, container: &str, field: &str) -> Vec<&'a Value> {
     match container {
         "" => vec![&case[field]],
+        "targets" => {
+            let targets = case["steps"].as_array().into_iter().flatten().filter_map(|step| step["targets"].as_array()).flatten();
+            targets.map(|target| &target[field]).collect()
+        }
         "steps" => case["steps"].as_array().into_iter().flatten().map(|step| &step[field]).collect(),
         other => vec![&case[other][field]],
     }
@@ -89,7 +103,7 @@ fn hold(kind: &str, precision: Precision, scale: f64, fields: &[Compared]) -> Re
     let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("cases/{kind}.json"));
     let reference: Value = serde_json::from_str(&std::fs::read_to_string(cases)?)?;
     let mut bare = reference.clone();
-    strip(&mut bare);
+    strip(kind, &mut bare);
     let dir = tempfile::tempdir()?;
     let (input, output) = (dir.path().join("in.json"), dir.path().join("out.json"));
     std::fs::write(&input, bare.to_string())?;
@@ -141,11 +155,19 @@ held! {
     imm_in_double_precision: "imm" F64 1.0 IMM;
     pda_in_double_precision: "pda" F64 1.0 PDA;
     immpdaf_in_double_precision: "immpdaf" F64 1.0 IMMPDAF;
+    jpda_in_double_precision: "jpda" F64 1.0 JPDA;
+    large_jpda_in_double_precision: "jpda_large" F64 1.0 JPDA;
+    nonparametric_jpda_in_double_precision: "jpda_nonparametric" F64 1.0 JPDA;
+    immjpdaf_in_double_precision: "immjpdaf" F64 1.0 IMMJPDAF;
     kf_in_single_precision: "kf" F32 1e6 KF;
     ekf_in_single_precision: "ekf" F32 1e6 NONLINEAR;
     imm_in_single_precision: "imm" F32 1e6 IMM;
     pda_in_single_precision: "pda" F32 1e6 PDA;
     immpdaf_in_single_precision: "immpdaf" F32 1e6 IMMPDAF;
+    jpda_in_single_precision: "jpda" F32 1e6 JPDA;
+    large_jpda_in_single_precision: "jpda_large" F32 1e6 JPDA;
+    nonparametric_jpda_in_single_precision: "jpda_nonparametric" F32 1e6 JPDA;
+    immjpdaf_in_single_precision: "immjpdaf" F32 1e6 IMMJPDAF;
 }
 
 /// Single precision cannot hold sigma points with α = 1e-3: their distance from the mean is 2e-3 standard deviations, a

@@ -309,7 +309,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Beam<'_, T, TRACKS, DETS> 
             let additions = (moves.list.len() + 1) << moves.closing.count_ones().min(8);
             roundings += 2 * moves.list.len() + 8 + 2 * additions.min(layer.len);
             // Every layer to come has the same claim to the room that is left.
-            let limit = self.nodes.key.len().saturating_sub(layer.end()) / (columns - i);
+            let limit = self.nodes.key.len().saturating_sub(layer.end()) / (columns - i).max(1);
             let (next, lost) = self.nodes.advance(layer, &moves, limit);
             given_up += lost;
             layer = next;

@@ -151,8 +151,10 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
                 (during - bits(column.tracks).filter(|k| ahead[*k % MASKED] == 1).count() as u32, during)
             };
             let best = rest.iter().map(cost).enumerate().min_by_key(|(_, cost)| *cost).map_or(0, |(j, _)| j);
-            rest.swap(0, best.min(rest.len() - 1));
-            if let Some(first) = rest.first() {
+            if let Some((first, others)) = rest.split_first_mut() {
+                if let Some(chosen) = best.checked_sub(1).and_then(|j| others.get_mut(j)) {
+                    core::mem::swap(first, chosen);
+                }
                 open |= first.tracks;
                 for k in bits(first.tracks) {
                     ahead[k % MASKED] -= 1;

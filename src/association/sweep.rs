@@ -133,7 +133,7 @@ fn forward<T: Real, const TRACKS: usize, const DETS: usize>(
     next.iter_mut().zip(layer.iter()).for_each(|(n, f)| *n = column.unused * *f);
     for k in bits(column.tracks & !column.opening) {
         let (weight, stride) = (cluster.weight(hit, k, column), frontier.stride(k));
-        for (without, with) in lower_halves(layer, stride).zip(upper_halves_mut(next, stride)) {
+        for ((without, _), (_, with)) in halves(layer, stride).zip(halves_mut(next, stride)) {
             with.iter_mut().zip(without).for_each(|(n, f)| *n += weight * *f);
         }
     }
@@ -152,9 +152,9 @@ fn forward<T: Real, const TRACKS: usize, const DETS: usize>(
         let vacant = cluster.vacant.get(k).copied().unwrap_or(T::ZERO);
         count(frontier.size);
         let Some((layer, next)) = split(nodes, frontier) else { return };
-        for (pair, out) in layer.chunks_exact((2 * stride).max(1)).zip(next.chunks_exact_mut(stride.max(1))) {
-            let (without, with) = pair.split_at_checked(stride).unwrap_or_default();
-            out.iter_mut().zip(without).zip(with).for_each(|((n, u), s)| *n = vacant * *u + *s);
+        let mut next = next.iter_mut();
+        for (without, with) in halves(layer, stride) {
+            without.iter().zip(with).zip(next.by_ref()).for_each(|((u, s), n)| *n = vacant * *u + *s);
         }
         frontier.close(k);
         frontier.at += frontier.size;
@@ -183,9 +183,9 @@ fn backward<T: Real, const TRACKS: usize, const DETS: usize>(
         let Some((layer, behind)) = split(nodes, frontier) else { return };
         let mut sum = T::ZERO;
         count(frontier.size);
-        for (pair, b) in layer.chunks_exact_mut((2 * stride).max(1)).zip(behind.chunks_exact(stride.max(1))) {
-            let (without, with) = pair.split_at_mut_checked(stride).unwrap_or_default();
-            for ((u, s), b) in without.iter_mut().zip(with).zip(b) {
+        let mut behind = behind.iter();
+        for (without, with) in halves_mut(layer, stride) {
+            for ((u, s), b) in without.iter_mut().zip(with).zip(behind.by_ref()) {
                 sum += *u * *b;
                 *u = *vacant * *b;
                 *s = *b;
@@ -206,7 +206,7 @@ fn backward<T: Real, const TRACKS: usize, const DETS: usize>(
         if column.opening >> k & 1 == 1 {
             layer.iter().zip(behind.iter().skip(stride)).for_each(|(f, b)| sum += *f * *b);
         } else {
-            for (without, with) in lower_halves(layer, stride).zip(upper_halves(behind, stride)) {
+            for ((without, _), (_, with)) in halves(layer, stride).zip(halves(behind, stride)) {
                 without.iter().zip(with).for_each(|(f, b)| sum += *f * *b);
             }
         }
@@ -226,7 +226,7 @@ fn backward<T: Real, const TRACKS: usize, const DETS: usize>(
         if column.opening >> k & 1 == 1 {
             layer.iter_mut().zip(behind.iter().skip(stride)).for_each(|(f, b)| *f += *weight * *b);
         } else {
-            for (without, with) in lower_halves_mut(layer, stride).zip(upper_halves(behind, stride)) {
+            for ((without, _), (_, with)) in halves_mut(layer, stride).zip(halves(behind, stride)) {
                 without.iter_mut().zip(with).for_each(|(f, b)| *f += *weight * *b);
             }
         }
@@ -234,24 +234,24 @@ fn backward<T: Real, const TRACKS: usize, const DETS: usize>(
     }
 }
 
-/// The entries of `layer` whose index has the bit `stride` clear, in runs.
+/// Runs of the entries of `layer` whose index has the bit `stride` clear, each with the run where it is set.
 #[inline(always)]
-fn lower_halves<T>(layer: &[T], stride: usize) -> impl Iterator<Item = &[T]> {
-    layer.chunks((2 * stride).max(1)).map(move |pair| pair.get(..stride).unwrap_or_default())
+fn halves<T>(mut layer: &[T], stride: usize) -> impl Iterator<Item = (&[T], &[T])> {
+    core::iter::from_fn(move || {
+        let (without, rest) = layer.split_at_checked(stride)?;
+        let (with, rest) = rest.split_at_checked(stride)?;
+        layer = rest;
+        Some((without, with))
+    })
 }
 
+/// The same, to be written.
 #[inline(always)]
-fn lower_halves_mut<T>(layer: &mut [T], stride: usize) -> impl Iterator<Item = &mut [T]> {
-    layer.chunks_mut((2 * stride).max(1)).map(move |pair| pair.get_mut(..stride).unwrap_or_default())
-}
-
-/// Those whose index has it set.
-#[inline(always)]
-fn upper_halves<T>(layer: &[T], stride: usize) -> impl Iterator<Item = &[T]> {
-    layer.chunks((2 * stride).max(1)).map(move |pair| pair.get(stride..).unwrap_or_default())
-}
-
-#[inline(always)]
-fn upper_halves_mut<T>(layer: &mut [T], stride: usize) -> impl Iterator<Item = &mut [T]> {
-    layer.chunks_mut((2 * stride).max(1)).map(move |pair| pair.get_mut(stride..).unwrap_or_default())
+fn halves_mut<T>(mut layer: &mut [T], stride: usize) -> impl Iterator<Item = (&mut [T], &mut [T])> {
+    core::iter::from_fn(move || {
+        let (without, rest) = core::mem::take(&mut layer).split_at_mut_checked(stride)?;
+        let (with, rest) = rest.split_at_mut_checked(stride)?;
+        layer = rest;
+        Some((without, with))
+    })
 }

@@ -106,6 +106,13 @@ pub fn table(summary: &Summary, plots: &str) -> String {
         report.tracks_evicted,
         report.numeric_resets,
     );
+    if report.clusters_bounded + report.clusters_approximated + report.clusters_infeasible > 0 {
+        let _ = writeln!(
+            text,
+            "    association: {} clusters bounded, errors at most {:.1e}; {} approximated; {} without a possible event",
+            report.clusters_bounded, report.association_error_bound, report.clusters_approximated, report.clusters_infeasible,
+        );
+    }
     let Some(judgement) = judgement else { return text };
     let _ = writeln!(
         text,
@@ -159,7 +166,7 @@ mod tests {
         for line in [
             "p.csv: 2 scans in 2.0 s, truth of 1 targets",
             "    radar: 2 scans, 1 detections, 0.5 a scan",
-            "IMM-PDAF in f64: (x, vx, y, vy), 2 modes, fed by radar",
+            "IMM-JPDAF in f64: (x, vx, y, vy), 2 modes, fed by radar",
             "    1 tracks confirmed, 1 of them moving",
             "confirmed, moving tracks against the truth at 2 radar scans",
             "         7        2.0    1/1 100.0 %      3.00                 0",

@@ -1,7 +1,7 @@
 //! Kinds `jpda`, `jpda_large`, `jpda_nonparametric` (one weight matrix) and `immjpdaf` (forty scans of up to five targets).
 //!
 //! All run `boresight::association::Jpda`, with room enough to be exact. Inputs: `w` (rows of 1 − P_D P_G and P_D L / λ),
-//! or `N`, `Pd`, `V` and `validated` for diffuse clutter; for `immjpdaf` those of `immpdaf`, with `x0` per target.
+//! or `N`, `Pd`, `V` and `validated` (else what any row gates) for diffuse clutter; for `immjpdaf` those of `immpdaf`, with `x0` per target.
 //! Weights are handed over as logarithms, so that 1e±200 keeps its ratios.
 
 use super::field::{Field, number, numbers};
@@ -86,8 +86,15 @@ fn weights(w: &Field<'_>) -> Result<Vec<Vec<f64>>, Failure> {
 
 /// Rows of 1 − P_D and P_D N V / m for the validated detections.
 fn diffuse_weights(case: &Field<'_>) -> Result<Vec<Vec<f64>>, Failure> {
-    let validated: Vec<usize> = case.get("validated")?.items()?.iter().map(Field::count).collect::<Result<_, _>>()?;
     let likelihood = case.get("N")?;
+    let validated: Vec<usize> = match case.find("validated")? {
+        Some(numbers) => numbers.items()?.iter().map(Field::count).collect::<Result<_, _>>()?,
+        None => {
+            let rows = likelihood.rows::<f64>()?;
+            let columns = rows.first().map_or(0, Vec::len);
+            (1..=columns).filter(|j| rows.iter().any(|row| row[j - 1] > 0.0)).collect()
+        }
+    };
     let volume: f64 = case.get("V")?.number()?;
     let p_detect: Vec<f64> = case.get("Pd")?.numbers()?;
     let scale = volume / validated.len().max(1) as f64;

@@ -10,8 +10,9 @@ use boresight::association::{AssociationMatrix, Associator, ClutterPrior, Comple
 use boresight::scalar::Real;
 use events::Problem;
 
-/// Room for the problems of these tests.
+/// Most tracks of the problems of these tests.
 pub const TRACKS: usize = 8;
+/// Most detections.
 pub const DETS: usize = 12;
 
 /// Probabilities per track: β_t0 and β_tj.
@@ -22,6 +23,7 @@ pub fn associate<T: Real, A: Associator<T, TRACKS, DETS>>(associator: &A, proble
     associate_in(associator, problem, Domain::Linear)
 }
 
+/// The same with the weights handed over in `domain`.
 pub fn associate_in<T: Real, A: Associator<T, TRACKS, DETS>>(associator: &A, problem: &Problem, domain: Domain) -> (Completeness, Rows) {
     let mut matrix = AssociationMatrix::<T, TRACKS, DETS>::new();
     let clutter = if problem.diffuse { ClutterPrior::Diffuse } else { ClutterPrior::Poisson };
