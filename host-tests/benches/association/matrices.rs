@@ -78,16 +78,10 @@ impl Problem {
         self.hit.first().map_or(0, Vec::len)
     }
 
-    /// Whether `nodes` hold the sets of tracks that i detections can serve, for all i up to M: Σ_i Σ_{k ≤ i} C(T, k) if dense.
+    /// Whether `nodes` hold the sets of the smaller side, tracks or detections, for every layer along the larger.
     pub fn fits(&self, nodes: usize) -> bool {
-        let (mut binomial, mut sets, mut total) = (1, 1, 1);
-        for i in 1..=self.detections() {
-            if i <= self.tracks() {
-                binomial = binomial * (self.tracks() - i + 1) / i;
-                sets += binomial;
-            }
-            total += sets;
-        }
+        let (smaller, larger) = (self.tracks().min(self.detections()), self.tracks().max(self.detections()));
+        let total = (1 << smaller) * (larger + 1);
         self.pattern != Pattern::Dense || total <= nodes
     }
 }
