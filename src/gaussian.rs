@@ -153,6 +153,7 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
         // G E, and the variances first. The flaw is zero while all is well, positive or NaN otherwise.
         let mut flaw = by.w.iter().fold(T::ZERO, |sum, w| sum + *w) * T::ZERO;
         let mut ge = [[T::ZERO; NZ]; NX];
+        let mut variance = [T::ZERO; NX];
         for i in 0..NX {
             for k in 0..NZ {
                 let mut v = g[0][i] * by.e.at(0, k);
@@ -165,8 +166,8 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
             for k in 1..NZ {
                 v += ge[i][k] * g[k][i];
             }
-            v = p[i][i] - v;
-            flaw += v.abs() - v;
+            variance[i] = p[i][i] - v;
+            flaw += variance[i].abs() - variance[i];
         }
         if flaw != T::ZERO {
             return false;
@@ -177,7 +178,8 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
                 gw += g[k][i] * by.w[k];
             }
             self.mean.data.0[0][i] += gw;
-            for j in i..NX {
+            p[i][i] = variance[i];
+            for j in i + 1..NX {
                 let mut v = ge[i][0] * g[0][j];
                 for k in 1..NZ {
                     v += ge[i][k] * g[k][j];

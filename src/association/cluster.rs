@@ -201,13 +201,16 @@ impl<const TRACKS: usize, const DETS: usize> Partition<TRACKS, DETS> {
     #[inline(always)]
     pub fn find<T: Real>(&mut self, matrix: &AssociationMatrix<T, TRACKS, DETS>, gated: impl Fn(T) -> bool, together: bool) {
         let columns = matrix.columns();
-        self.owner.iter_mut().take(columns).for_each(|owner| *owner = NONE);
-        self.shared.iter_mut().take(columns).for_each(|shared| *shared = false);
+        let Self { label: labels, owner, shared, .. } = self;
+        let (Some(owner), Some(shared)) = (owner.get_mut(..columns), shared.get_mut(..columns)) else { return };
+        owner.fill(NONE);
+        shared.fill(false);
         let mut first = NONE;
         for (t, hit) in (0u16..).zip(&matrix.hit) {
             let mut label = t;
             count(columns);
-            for ((h, owner), shared) in hit.iter().zip(&mut self.owner).zip(&mut self.shared).take(columns) {
+            let Some(hit) = hit.get(..columns) else { return };
+            for ((h, owner), shared) in hit.iter().zip(owner.iter_mut()).zip(shared.iter_mut()) {
                 if !gated(*h) {
                     continue;
                 }
@@ -220,16 +223,16 @@ impl<const TRACKS: usize, const DETS: usize> Partition<TRACKS, DETS> {
                     *shared = true;
                 }
                 if other != NONE {
-                    let theirs = self.label.get(usize::from(other)).copied().unwrap_or(label);
+                    let theirs = labels.get(usize::from(other)).copied().unwrap_or(label);
                     if theirs != label && other != t {
                         count(usize::from(t));
                         let (keep, give) = (label.min(theirs), label.max(theirs));
-                        self.label.iter_mut().take(usize::from(t)).filter(|l| **l == give).for_each(|l| *l = keep);
+                        labels.iter_mut().take(usize::from(t)).filter(|l| **l == give).for_each(|l| *l = keep);
                         label = keep;
                     }
                 }
             }
-            if let Some(l) = self.label.get_mut(usize::from(t)) {
+            if let Some(l) = labels.get_mut(usize::from(t)) {
                 *l = label;
             }
         }
@@ -269,13 +272,14 @@ impl<const TRACKS: usize, const DETS: usize> Partition<TRACKS, DETS> {
             return true;
         }
         let columns = matrix.columns();
-        self.gating.iter_mut().take(columns).for_each(|gating| *gating = 0);
+        let (Some(gating), Some(shared)) = (self.gating.get_mut(..columns), self.shared.get(..columns)) else { return false };
+        gating.fill(0);
         let mut bit = 1u32;
         for ((t, vacant), whole) in cluster.tracks.iter().zip(&mut cluster.vacant).zip(&mut cluster.whole) {
             let Some((miss, hit)) = matrix.row(usize::from(*t)) else { break };
             *vacant = miss;
             count(hit.len());
-            for ((h, gating), shared) in hit.iter().zip(&mut self.gating).zip(&self.shared) {
+            for ((h, gating), shared) in hit.iter().zip(gating.iter_mut()).zip(shared) {
                 if gated(*h) {
                     if *shared || !fold {
                         *gating |= bit;
@@ -289,7 +293,7 @@ impl<const TRACKS: usize, const DETS: usize> Partition<TRACKS, DETS> {
         }
         // A cluster too large for masks has all its columns, as far as the first tracks tell.
         let large = cluster.tracks.len() > MASKED;
-        for (det, tracks) in (0u16..).zip(&self.gating).take(columns) {
+        for (det, tracks) in (0u16..).zip(gating.iter()) {
             if *tracks != 0 || large {
                 let _ = cluster.columns.push(Column { det, tracks: *tracks, opening: 0, closing: 0, unused: T::ONE });
             }
