@@ -4,8 +4,8 @@ use std::{env, fs, path::PathBuf};
 
 /// Images that log through defmt.
 const WITH_DEFMT: [&str; 1] = ["demo"];
-/// Images that print plain text.
-const WITHOUT_DEFMT: [&str; 1] = ["selftest"];
+/// Images that print plain text, or nothing.
+const WITHOUT_DEFMT: [&str; 2] = ["budget", "selftest"];
 
 /// A library built with defmt support leaves sections that only defmt's script places.
 const NO_DEFMT_X: &str = "SECTIONS { /DISCARD/ : { *(.defmt .defmt.*); } }\n";

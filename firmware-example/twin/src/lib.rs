@@ -10,6 +10,7 @@
 pub mod data;
 pub mod kernels;
 pub mod radar;
+pub mod workloads;
 
 use boresight::gaussian::Gaussian;
 

@@ -13,6 +13,7 @@
 //! | [`listing`] | one scan of tracks associated together against everything that may have happened |
 //! | [`existence`] | integrated existence: numbers by hand, false tracks and real ones, what a sensor that does not look tells |
 //! | [`sensors`] | sensors of every dimension, rate and place feed one picture of several targets |
+//! | [`overload`] | a crowd in one gate: everything finite, everything told |
 //! | [`garbage`] | tens of thousands of absurd scans: no panic, nothing that is not finite, every account balanced |
 
 mod capacity;
@@ -23,6 +24,7 @@ mod garbage;
 mod joint;
 mod life;
 mod listing;
+mod overload;
 mod precision;
 mod refusal;
 mod seam;
