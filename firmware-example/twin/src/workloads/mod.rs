@@ -89,7 +89,9 @@ fn upper<const N: usize>(rows: &[[f32; N]; N]) -> impl Iterator<Item = f32> + Cl
 }
 
 fn symmetric<const N: usize>(rows: &[[f32; N]; N]) -> Symmetric<f32, N> {
-    Symmetric::from_fn(|i, j| rows[i][j])
+    let mut s = Symmetric::zeros();
+    *s.upper_mut() = *rows;
+    s
 }
 
 impl<const NX: usize> Density<NX> {
@@ -110,7 +112,7 @@ impl<const NX: usize, const MODES: usize> Bank<NX, MODES> {
     /// The same as the library has it.
     #[must_use]
     pub fn mode_bank(&self) -> ModeBank<f32, NX, MODES> {
-        ModeBank { prob: self.prob, modes: core::array::from_fn(|r| self.modes[r].gaussian()) }
+        ModeBank { prob: self.prob, modes: self.modes.each_ref().map(Density::gaussian) }
     }
 
     fn agrees(&self, bank: &ModeBank<f32, NX, MODES>) -> bool {
