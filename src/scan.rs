@@ -173,7 +173,7 @@ pub struct Report {
     pub seeds_dropped: u16,
     /// Tracks started
     pub births: u16,
-    /// Tracks not started for want of a slot, or because all identities are used up
+    /// Tracks not started for want of a slot or of an identity, or because they were not finite or too uncertain
     pub births_refused: u16,
     /// Tentative tracks that gave their slot to a birth
     pub tracks_evicted: u16,

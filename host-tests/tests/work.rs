@@ -24,7 +24,7 @@ fn load<const TRACKS: usize, const DETS: usize, const NODES: usize>(count: usize
         // Nothing but the bounded answer is refused: every rung is climbed.
         let strict = Jpda::<NODES>::new().with_tolerance(0.0).unwrap_or_default();
         strict.associate(&mut matrix, &mut memory);
-        worst = worst.max(take_operations());
+        worst = worst.max(take_operations() as u64);
     }
     worst as f64 / formula as f64
 }

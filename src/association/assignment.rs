@@ -294,7 +294,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Assignment<T, TRACKS, DETS
 }
 
 /// `ln_weight`, or −∞ if it is none.
-fn allowed<T: Real>(ln_weight: T) -> T {
+pub(super) fn allowed<T: Real>(ln_weight: T) -> T {
     let largest = T::lit(LARGEST);
     if ln_weight > -largest && ln_weight < largest { ln_weight } else { -T::ONE / T::ZERO }
 }

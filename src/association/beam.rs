@@ -18,8 +18,11 @@
 //! A ≤ Z be the weight of the kept events that agree with a choice, d ≤ D that of the events given up and a ≤ d the
 //! part of it that agrees. Then |(A + a) / (Z + d) − A / Z| = |a Z − A d| / (Z (Z + d)) ≤ d / (Z + d) ≤ D / (Z + D). ∎
 //!
-//! Rounding adds less than u Σ_i (2 n_i + 8 + additions into one node) with the unit roundoff u and n_i tracks at column i,
-//! as every term is positive; the bound that is returned includes it.
+//! Every term is positive, so that rounding adds at most u Σ_i (6 n_i + 8 + 2 a_i) to first order, with the unit roundoff u,
+//! n_i tracks at column i and a_i additions into one node; D is a sum of K terms and at most K u too small. The bound that
+//! is returned includes both.
+//!
+//! Σ_s f(s) of a layer is an upper bound of Z: once D over it exceeds what is tolerated, the sweep need not go on.
 
 use super::cluster::{Cluster, Column, MASKED, bits};
 use super::work::count;
@@ -224,11 +227,13 @@ pub(super) struct Beam<'a, T, const TRACKS: usize, const DETS: usize> {
     pub starts: &'a mut [u32; DETS],
     /// m, the number of detections gated, if clutter is diffuse
     pub diffuse: Option<usize>,
+    /// The largest error bound that is of use
+    pub tolerance: T,
 }
 
 impl<T: Real, const TRACKS: usize, const DETS: usize> Beam<'_, T, TRACKS, DETS> {
     /// Replaces the weights of the cluster by marginals, unless what was given up is too much by `accept`. `None` where more
-    /// tracks are open at a time than a key can name.
+    /// tracks are open at a time than a key can name, or the bound exceeds the tolerance on the way.
     pub fn marginals(&mut self, accept: impl FnOnce(&Kept<T>) -> bool) -> Option<Kept<T>> {
         if self.diffuse.is_some() && self.cluster.tracks.len() >= MASKED {
             return None;
@@ -301,19 +306,29 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Beam<'_, T, TRACKS, DETS> 
         *self.nodes.key.first_mut()? = 0;
         *self.nodes.weight.first_mut()? = T::ONE;
         let mut layer = Layer { start: 0, len: 1 };
-        let (mut given_up, mut roundings) = (T::ZERO, 0);
+        let (mut given_up, mut roundings, mut terms) = (T::ZERO, 0, 0);
         let columns = self.cluster.columns.len();
         for i in 0..columns {
             *self.starts.get_mut(i)? = layer.start as u32;
             let moves = self.moves(self.cluster.columns.get(i)?, slots);
             let additions = (moves.list.len() + 1) << moves.closing.count_ones().min(8);
-            roundings += 2 * moves.list.len() + 8 + 2 * additions.min(layer.len);
+            let choices = moves.list.len() + 1;
+            roundings += 6 * choices + 8 + 2 * additions.min(layer.len) * choices;
+            terms += layer.len * choices;
             // Every layer to come has the same claim to the room that is left.
             let limit = self.nodes.key.len().saturating_sub(layer.end()) / (columns - i).max(1);
             let (next, lost) = self.nodes.advance(layer, &moves, limit);
             given_up += lost;
             layer = next;
+            if given_up > T::ZERO {
+                let weights = self.nodes.weight.get(layer.start..layer.end()).unwrap_or_default();
+                let most = weights.iter().fold(T::ZERO, |sum, f| sum + *f);
+                if given_up > self.tolerance * (most + given_up) {
+                    return None;
+                }
+            }
         }
+        given_up *= T::ONE + T::from_count(terms) * T::EPSILON;
         let mut z = T::ZERO;
         for n in layer.start..layer.end() {
             let prior = self.clutter_prior((self.nodes.at(n).0 >> SLOTS) as usize);

@@ -291,10 +291,10 @@ impl<const TRACKS: usize, const DETS: usize> Partition<TRACKS, DETS> {
             *whole = *vacant;
             bit <<= 1;
         }
-        // A cluster too large for masks has all its columns, as far as the first tracks tell.
+        // In a cluster too large for masks, columns of the tracks beyond them count too.
         let large = cluster.tracks.len() > MASKED;
-        for (det, tracks) in (0u16..).zip(gating.iter()) {
-            if *tracks != 0 || large {
+        for ((det, tracks), shared) in (0u16..).zip(gating.iter()).zip(shared) {
+            if *tracks != 0 || large && (*shared || !fold) {
                 let _ = cluster.columns.push(Column { det, tracks: *tracks, opening: 0, closing: 0, unused: T::ONE });
             }
         }

@@ -15,11 +15,14 @@
 //! Blackman and Popoli 1999, section 6.4; φ! / V^φ: Bar-Shalom, Willett and Tian 2011, section 6.2.
 
 use super::{Assignment, AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
-use crate::scalar::{Real, ln};
+use crate::scalar::{Real, is_finite, ln};
+
+/// What a miss that is impossible weighs where it has to be.
+const LN_IMPOSSIBLE: f64 = -1e4;
 
 /// Global nearest neighbour. Of the joint event of the greatest weight every probability is 1.
 ///
-/// Without any possible event every row misses, and [`Completeness::infeasible`] is 1. At most
+/// Without any possible event as few tracks as can be miss although they cannot, and [`Completeness::infeasible`] is 1. At most
 /// `TRACKS (TRACKS + 3) DETS` pairs are looked at, under diffuse clutter `TRACKS + 1` times as many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -40,6 +43,15 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Associator<T, TRACKS, DETS
             ClutterPrior::Diffuse => best_bonus(matrix, memory),
         };
         let feasible = solve(matrix, memory, bonus);
+        if !feasible {
+            // Who cannot be served must miss, at a price that keeps all others served.
+            for miss in &mut matrix.miss {
+                if !is_finite(*miss) {
+                    *miss = T::lit(LN_IMPOSSIBLE);
+                }
+            }
+            let _ = solve(matrix, memory, bonus);
+        }
         let (one, zero) = (T::ONE, T::ZERO);
         for (track, (miss, hit)) in matrix.miss.iter_mut().zip(&mut matrix.hit).enumerate() {
             let chosen = memory.column(track);

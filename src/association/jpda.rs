@@ -31,18 +31,31 @@
 //!
 //! as [`Jpda::worst_case`] adds up. A cluster ends at the first rung that holds: most never leave "exact".
 
-use super::assignment::Assignment;
+use super::assignment::{Assignment, allowed};
 use super::beam::{Beam, Kept, Nodes};
 use super::cluster::{Cluster, MASKED, Partition};
 use super::matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
 use super::work::count;
 use super::{lbp, small, sweep};
 use crate::error::ConfigError;
-use crate::scalar::{Real, exp, is_finite, larger, ln};
+use crate::scalar::{Real, exp, is_finite, larger, ln, sqrt};
 
 /// JPDA with room for `NODES` sets of served tracks over all layers of a sweep, at least one per detection and one more.
 ///
-/// Four tracks that share eight detections all around take 120 nodes; a node takes the size of a scalar and 4 bytes.
+/// Tracks that share detections form a cluster. Its probabilities are exact where all sets of tracks, or of detections, that
+/// can be served fit into `NODES`: four tracks that share eight detections all around take 120 nodes, and a node takes the
+/// size of a scalar and 4 bytes. Otherwise the heaviest sets are kept: with Z the weight of the events kept and D an upper
+/// bound of that of the others, every probability is within D / (Z + D) of the exact one, and that number, rounding included,
+/// is [`Completeness::error_bound`]. Where it exceeds the tolerance the cluster gets loopy belief propagation, which has no
+/// bound and counts as approximated.
+///
+/// A cluster of more than 32 tracks, or of more than 26 that are open at the same time, gets no bound: it is exact if its
+/// shared detections are few, else approximated. Under diffuse clutter all tracks that gate anything are one cluster, and 32
+/// or more of them are approximated. Logarithms of magnitude L cost an error of 4 T L ε with T tracks in the cluster; where
+/// that is more than a few roots of ε it is reported as a bound.
+///
+/// Cost: at most [`worst_case`](Self::worst_case) steps, quadratic in `NODES`; typically T M for T tracks and M detections
+/// and 3 · 2^T M multiply-adds for T that share them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Jpda<const NODES: usize> {
@@ -72,15 +85,15 @@ impl<const NODES: usize> Jpda<NODES> {
 
     /// The most steps that associating `tracks` rows with `detections` columns can take, by the formula of this file.
     #[must_use]
-    pub const fn worst_case(tracks: usize, detections: usize) -> usize {
-        let (t, m, n) = (tracks, detections, NODES);
+    pub const fn worst_case(tracks: usize, detections: usize) -> u64 {
+        let (t, m, n) = (tracks as u64, detections as u64, if NODES == 0 { 1 } else { NODES as u64 });
         let g = if t < 26 { t } else { 26 };
         let pairs = if t < m { t } else { m };
         let always = t * (7 * m + 1) + t * t;
         let order = 2 * m * m * (g + 7);
         let exact = 2 * (3 * t + 8) * (n + 16);
         let balance = t * m * (pairs + 5);
-        let bounded = n * (g + 1) * (3 * (n.ilog2() as usize + 4) + 2 * n + 2 * g);
+        let bounded = n * (g + 1) * (3 * (n.ilog2() as u64 + 4) + 2 * n + 2 * g);
         let approximate = 40 * 6 * t * m;
         always + order + exact + balance + bounded + approximate
     }
@@ -125,13 +138,13 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize> Associ
         let logarithmic = matrix.domain == Domain::Logarithmic;
         let fold = !(diffuse || logarithmic);
         if logarithmic {
-            memory.partition.find(matrix, is_finite, diffuse);
+            memory.partition.find(matrix, is_possible, diffuse);
         } else {
             memory.partition.find(matrix, |h| h > T::ZERO, diffuse);
         }
         for row in 0..TRACKS {
             let found = if logarithmic {
-                memory.partition.take(row, matrix, is_finite, fold, &mut memory.cluster)
+                memory.partition.take(row, matrix, is_possible, fold, &mut memory.cluster)
             } else {
                 memory.partition.take(row, matrix, |h| h > T::ZERO, fold, &mut memory.cluster)
             };
@@ -199,19 +212,24 @@ impl<const NODES: usize> Jpda<NODES> {
             (cluster.vacant, cluster.folded) = ([T::ONE; TRACKS], false);
             return Outcome::Infeasible;
         };
-        if diffuse.is_none() && exact(matrix, memory, T::ZERO) > T::ZERO {
-            return Outcome::Exact;
+        let bound = |error: T| (error + perturbation).to_f64() as f32 * (1.0 + f32::EPSILON);
+        // Logarithms too large for the precision make even the sum of all events an approximation.
+        let all = if perturbation <= T::lit(16.0) * sqrt(T::EPSILON) { Outcome::Exact } else { Outcome::Bounded(bound(T::ZERO)) };
+        if diffuse.is_none() && exact(matrix, memory, least()) > least() {
+            return all;
         }
         let JpdaMemory { cluster, weight, key, starts, scratch, .. } = memory;
         if cluster.tracks.len() <= MASKED {
             cluster.order();
             let hit = &mut matrix.hit;
-            let mut beam = Beam { nodes: Nodes { weight, key }, cluster, hit, after: scratch, starts, diffuse };
-            let exact = |kept: &Kept<T>| kept.given_up == T::ZERO && kept.z > T::ZERO;
-            let bound = |kept: &Kept<T>| (kept.error_bound() + perturbation).to_f64() as f32 * (1.0 + f32::EPSILON);
-            match beam.marginals(|kept| exact(kept) || bound(kept) <= self.tolerance) {
-                Some(kept) if exact(&kept) => return Outcome::Exact,
-                Some(kept) if bound(&kept) <= self.tolerance => return Outcome::Bounded(bound(&kept)),
+            let (nodes, tolerance) = (Nodes { weight, key }, T::lit(self.tolerance.into()));
+            let mut beam = Beam { nodes, cluster, hit, after: scratch, starts, diffuse, tolerance };
+            let sound = |kept: &Kept<T>| kept.z > least();
+            let exact = |kept: &Kept<T>| sound(kept) && kept.given_up == T::ZERO;
+            let bounded = |kept: &Kept<T>| sound(kept) && bound(kept.error_bound()) <= self.tolerance;
+            match beam.marginals(|kept| exact(kept) || bounded(kept)) {
+                Some(kept) if exact(&kept) => return all,
+                Some(kept) if bounded(&kept) => return Outcome::Bounded(bound(kept.error_bound())),
                 _ => {}
             }
         }
@@ -234,10 +252,12 @@ fn exact<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize>(
     memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
     least: T,
 ) -> T {
-    match small::marginals(&mut memory.cluster, &mut matrix.hit, &mut memory.weight, least) {
+    let z = match small::marginals(&mut memory.cluster, &mut matrix.hit, &mut memory.weight, least) {
         Some(z) => z,
         None => exact_of_many(&mut matrix.hit, memory, least),
-    }
+    };
+    // Where Z overflows nothing has been replaced, either.
+    if is_finite(z) { z } else { T::ZERO }
 }
 
 /// The same of more than four tracks, swept along the detections or along the tracks, whichever takes fewer nodes.
@@ -264,7 +284,7 @@ fn exact_of_many<T: Real, const TRACKS: usize, const DETS: usize, const NODES: u
             }
         }
         if let Some(z) = z {
-            if z > least {
+            if z > least && is_finite(z) {
                 turned.turn_back(cluster, hit, scratch);
             }
             return z;
@@ -311,6 +331,11 @@ fn normalise<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut Assoc
     true
 }
 
+/// Whether a logarithm is that of a weight.
+fn is_possible<T: Real>(ln_weight: T) -> bool {
+    is_finite(allowed(ln_weight))
+}
+
 /// Takes the logarithm of every weight.
 fn to_logarithms<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut AssociationMatrix<T, TRACKS, DETS>) {
     for row in 0..TRACKS {
@@ -329,11 +354,9 @@ fn alone<T: Real, const TRACKS: usize, const DETS: usize>(
 ) -> Outcome {
     let Some((miss, hit)) = matrix.row_mut(row) else { return Outcome::Exact };
     if logarithmic {
-        let infinity = T::ONE / T::ZERO;
-        let finite = |w: T| if is_finite(w) { w } else { -infinity };
-        let largest = hit.iter().fold(finite(*miss), |largest, h| larger(largest, finite(*h)));
+        let largest = hit.iter().fold(allowed(*miss), |largest, h| larger(largest, allowed(*h)));
         for w in core::iter::once(&mut *miss).chain(hit.iter_mut()) {
-            *w = if is_finite(*w) { exp(*w - largest) } else { T::ZERO };
+            *w = if is_possible(*w) { exp(*w - largest) } else { T::ZERO };
         }
         let sum = hit.iter().fold(*miss, |sum, h| sum + *h);
         if sum > T::ZERO {
@@ -364,7 +387,7 @@ fn balance<T: Real, const TRACKS: usize, const DETS: usize>(
     assignment: &mut Assignment<T, TRACKS, DETS>,
     logarithmic: bool,
 ) -> Option<T> {
-    let to_ln = |w: T| if logarithmic { w } else { ln_or_none(w) };
+    let to_ln = |w: T| if logarithmic { allowed(w) } else { ln_or_none(w) };
     let Cluster { tracks, columns, vacant, .. } = cluster;
     let rows = || tracks.iter().map(|row| usize::from(*row));
     for row in rows() {

@@ -136,7 +136,8 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
     }
 
     /// The same radar measuring range-rate modulo 2 `speed` \[m/s\], folded into (−`speed`, `speed`] or any other interval
-    /// of that length.
+    /// of that length. Folds are judged by the radar's noise: a detection that brings its own should know its range-rate no
+    /// worse.
     ///
     /// # Errors
     /// Where `speed` is not positive or not finite, or the radar does not measure range-rate.

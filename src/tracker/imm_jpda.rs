@@ -22,7 +22,8 @@
 //! λ = m / V    m the detections that any track can have,  V the gate volumes of all tracks that the sensor may see, summed
 //! ```
 //!
-//! and the associator does the rest ([`ClutterPrior::Diffuse`]). Detections for which the sensor states a density keep it.
+//! and the associator does the rest ([`ClutterPrior::Diffuse`]). Where a sensor states a density for some detections, those
+//! keep it, m counts the others alone, and their λ counts as known.
 //!
 //! # Cost
 //! Likelihoods are computed twice, before and after the association: kept for all tracks they would take
@@ -235,11 +236,16 @@ fn estimate_clutter<T: Real, const TRACKS: usize, const DETS: usize>(
 ) {
     let columns = matrix.columns();
     let possible = |column: &usize| matrix.hit.iter().any(|row| row.get(*column).is_some_and(|h| *h > T::ZERO));
-    let count = (0..columns).filter(possible).count();
-    if !(0..columns).filter(possible).any(&diffuse) {
+    let (mut count, mut known) = (0, 0);
+    for column in (0..columns).filter(possible) {
+        *(if diffuse(column) { &mut count } else { &mut known }) += 1;
+    }
+    if count == 0 {
         return;
     }
-    matrix.clutter = ClutterPrior::Diffuse;
+    if known == 0 {
+        matrix.clutter = ClutterPrior::Diffuse;
+    }
     let scale = T::ONE / larger(T::from_count(count) / volume, T::lit(LEAST_DENSITY));
     for column in (0..columns).filter(|column| diffuse(*column)) {
         for entry in matrix.hit.iter_mut().filter_map(|row| row.get_mut(column)) {

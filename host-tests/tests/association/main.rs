@@ -4,6 +4,7 @@ mod approximate;
 mod bounds;
 mod events;
 mod exact;
+mod large;
 mod problems;
 
 use boresight::association::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
