@@ -41,6 +41,19 @@ fn ln_factor<T: Real>(problem: &Problem<T>, event: &[u16]) -> f64 {
     (0..served).map(|i| (gated as f64 / (gated - i) as f64).ln()).sum()
 }
 
+/// Rows of an event that miss although they cannot; `None` where one has a column that it cannot have.
+fn impossible<T: Real>(problem: &Problem<T>, event: &[u16]) -> Option<usize> {
+    let weight = |row: usize| problem.choice(row, event[row]);
+    let pairs_possible = (0..event.len()).all(|row| event[row] == 0 || weight(row).is_finite());
+    pairs_possible.then(|| (0..event.len()).filter(|row| event[*row] == 0 && !weight(*row).is_finite()).count())
+}
+
+/// The fewest such rows of all events.
+fn fewest_impossible<T: Real>(problem: &Problem<T>) -> Option<usize> {
+    let relaxed = Problem { miss: vec![T::ZERO; problem.rows()], hit: problem.hit.clone(), columns: problem.columns };
+    relaxed.events().into_iter().filter_map(|(_, event)| impossible(problem, &event)).min()
+}
+
 fn most_probable<T: Real>(problem: &Problem<T>, clutter: ClutterPrior, domain: Domain) -> Outcome {
     let total = |event: &Event| {
         let factor = if clutter == ClutterPrior::Diffuse { ln_factor(problem, event) } else { 0.0 };
@@ -50,7 +63,9 @@ fn most_probable<T: Real>(problem: &Problem<T>, clutter: ClutterPrior, domain: D
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (event, completeness) = nearest(&mut matrix(problem, clutter, domain))?;
     let Some((most, best)) = all.first() else {
-        return if completeness.infeasible == 1 && event == [0; TRACKS] { Ok(()) } else { Err("not possible".into()) };
+        let fewest = fewest_impossible(problem);
+        let chosen = impossible(problem, &event[..problem.rows()]);
+        return if completeness.infeasible == 1 && chosen == fewest { Ok(()) } else { Err("more misses than need be".into()) };
     };
     // Linear weights and their logarithms back bring an error of ε for each row, relative to the weight.
     let bound = problem.rounding() + 8.0 * T::EPSILON.to_f64() * (problem.magnitude() + 1.0) * TRACKS as f64;
