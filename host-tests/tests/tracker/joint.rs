@@ -10,7 +10,7 @@ use boresight::initiation::Rule;
 use boresight::model::position::Position;
 use boresight::scalar::Real;
 use boresight::scan::{Detection, Scan};
-use boresight::sensor::{Clutter, UniformSensor};
+use boresight::sensor::{Clutter, Sensor, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
 use boresight::track::{Existence, Logic, Track};
@@ -163,7 +163,7 @@ fn the_order_of_detections_does_not_matter() -> Result<(), TestCaseError> {
 
 /// Two targets side by side, alone and with a third far away: what they are told is the same. (Not so in diffuse clutter,
 /// where every detection tells of its density.)
-fn distance_is_nothing<T: Real>(seed: u64) -> TestCaseResult {
+fn distance_is_nothing<T: Real>(seed: u64, sensor: &impl Sensor<T, 6, 2>) -> TestCaseResult {
     let tracker = joint_tracker::<T, _, 3, 16>(integrated(100.0)?, Rule::Off, Enumeration)?;
     let (near, far) = ([[0.0, 5.0, 0.0, 0.0], [0.0, 5.0, 60.0, 0.0]], [9e4, -5.0, 0.0, 0.0]);
     let mut states = [JointTrackerState::new(), JointTrackerState::new()];
@@ -173,12 +173,11 @@ fn distance_is_nothing<T: Real>(seed: u64) -> TestCaseResult {
         }
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let sensor = sensor(Clutter::Poisson(T::lit(1e-5)))?;
     for k in 1..40u64 {
         let (time, close) = (Instant::from_millis(1000 * k), plots(&near, k as f64, &mut rng));
         let all = [plots(&[far], k as f64, &mut rng), close.clone()].concat();
-        tracker.step(&mut states[0], &sensor, &Scan::new(time, &detections(&close)))?;
-        tracker.step(&mut states[1], &sensor, &Scan::new(time, &detections(&all)))?;
+        tracker.step(&mut states[0], sensor, &Scan::new(time, &detections(&close)))?;
+        tracker.step(&mut states[1], sensor, &Scan::new(time, &detections(&all)))?;
         let (x, r) = difference(states[0].tracks(), states[1].tracks());
         prop_assert!(x <= rounding::<T>(SIZE) && r <= rounding::<T>(SIZE) / SIGMA, "seed {seed}, scan {k}: {x} m, {r}");
     }
@@ -186,11 +185,32 @@ fn distance_is_nothing<T: Real>(seed: u64) -> TestCaseResult {
     Ok(())
 }
 
+/// Clutter of a density that is known within reach of [`SIZE`] and not beyond.
+struct Charted(UniformSensor<Position<f64, 2, 3>, f64>);
+
+impl Sensor<f64, 6, 2> for Charted {
+    type Model = Position<f64, 2, 3>;
+
+    fn model(&self) -> &Self::Model {
+        &self.0.model
+    }
+    fn p_detect(&self, _x: &SVector<f64, 6>) -> f64 {
+        P_DETECT
+    }
+    fn clutter(&self, z: &SVector<f64, 2>) -> Clutter<f64> {
+        if z.norm() < 10.0 * SIZE { Clutter::Poisson(1e-5) } else { Clutter::Diffuse }
+    }
+    fn gate(&self) -> &Gate<f64> {
+        Sensor::<f64, 6, 2>::gate(&self.0)
+    }
+}
+
 #[test]
 fn a_distant_target_changes_nothing() -> Result<(), TestCaseError> {
     for seed in 0..20 {
-        distance_is_nothing::<f32>(seed)?;
-        distance_is_nothing::<f64>(seed)?;
+        distance_is_nothing::<f32>(seed, &sensor(Clutter::Poisson(1e-5))?)?;
+        distance_is_nothing::<f64>(seed, &sensor(Clutter::Poisson(1e-5))?)?;
+        distance_is_nothing::<f64>(seed, &Charted(sensor(Clutter::Poisson(1e-5))?))?;
     }
     Ok(())
 }
