@@ -1,4 +1,4 @@
-//! What every image shares: how it ends when it fails.
+//! What the images that print share: how they end when they fail.
 //!
 //! A panic or a fault is reported as plain text on the emulator's standard error
 //! (defmt frames own standard output) and ends the emulator with a non-zero status.
