@@ -10,9 +10,8 @@
 //! ```
 //!
 //! The association is blind to modes and the modes stay exact all the same: for one track this is PDA inside every
-//! mode with the mixture likelihood e_r, as corrected in the equations 10–16 of Kashyap et al. (2006).
-//!
-//! Detections with a time of their own within the scan: `offset.rs`.
+//! mode with the mixture likelihood e_r, as corrected in the equations 10–16 of Kashyap et al. (2006). Detections with a
+//! time of their own within the scan are in `offset.rs`.
 //!
 //! Likelihoods are kept relative to e^reference, the largest of the scan, so that an outlier under every mode does
 //! not turn probabilities into 0/0. Where a miss is possible the reference stays above −60: likelihoods far below are
