@@ -110,13 +110,6 @@ impl<T: Real, const NX: usize, const NZ: usize> Innovation<T, NX, NZ> {
         Self { z_hat, cross, spread, density }
     }
 
-    /// The density of a detection that brings its own noise covariance.
-    #[inline(always)]
-    #[must_use]
-    pub fn density_with(&self, noise: &Symmetric<T, NZ>) -> ResidualDensity<T, NZ> {
-        ResidualDensity::new(&self.spread.plus(noise))
-    }
-
     /// The gain K = G S⁻¹. For inspection: no filter of this library needs it.
     #[must_use]
     pub fn gain(&self) -> SMatrix<T, NX, NZ> {

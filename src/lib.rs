@@ -87,7 +87,7 @@
 //! - **Load is data.** A full tracker drops by a stated rule and counts it in the [`Report`](scan::Report); joint events that
 //!   are given up are reported with a bound on what that changes. Loops are bounded by the const parameters.
 //! - **Single precision holds.** Covariances are symmetric by type and formed from deviations, weights in the log domain;
-//!   a correction that would break a covariance is taken back and counted, and the second one deletes that track only.
+//!   a correction that would break a covariance is refused and counted, and the second one deletes that track only.
 //! - **Sensors differ, tracks do not.** The dimension of a measurement belongs to a step and its sensor; radars, direction
 //!   finders and cameras feed the same tracks, at any times that do not go back.
 //!

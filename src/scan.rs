@@ -183,7 +183,7 @@ pub struct Report {
     pub tracks_deleted: u16,
     /// Tracks deleted because an older one follows the same target
     pub duplicates_deleted: u16,
-    /// Corrections taken back because they would have broken a covariance
+    /// Corrections refused because they would have broken a covariance
     pub numeric_resets: u16,
     /// Clusters whose lightest joint events were given up
     pub clusters_bounded: u16,

@@ -3,14 +3,14 @@
 //! ```text
 //! shared      a detection with positive weight for two tracks or more puts them into one cluster
 //! order       next the shared detection that leaves the fewest tracks open: a track is open from its first to its last
-//! private     Σ of a track's unshared detections joins its weight of no detection, and is split off again in the end
+//! private     vacant_t = miss_t + Σ of the track's unshared h_tj, split among them again in the end
+//! turned      tracks and detections change places: h_jt,  vacant_j = q_j,  q_t = vacant_t
 //! ```
 //!
-//! turned      tracks and detections change places: a cluster with more tracks than shared detections is swept along its
-//!             tracks, with sets of detections. vacant_t and q_j change places too; events and weights are the same.
-//!
-//! A joint event treats a private detection exactly as it treats no detection at all (under Poisson clutter), so that
-//! folding changes no probability and leaves the sweep the shared detections only.
+//! Reid, *IEEE Trans. AC* 24(6), 1979, for clusters. A joint event treats a private detection exactly as it treats no
+//! detection at all (under Poisson clutter), so that folding changes no probability and leaves the sweep the shared
+//! detections only. A cluster with more tracks than shared detections is swept turned, along its tracks with sets of
+//! detections: events and weights are the same.
 
 use super::matrix::AssociationMatrix;
 use super::work::count;
@@ -122,6 +122,10 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
     ///
     /// Cost: the square of the columns, times the tracks that gate one.
     pub fn order(&mut self) {
+        // Once is enough: the first of ordered columns opens its tracks.
+        if self.columns.first().is_none_or(|column| column.opening != 0) {
+            return;
+        }
         if self.tracks.len() > 4 {
             self.sort_by_frontier();
         }

@@ -14,8 +14,9 @@
 //!
 //! Blackman and Popoli 1999, section 6.4; φ! / V^φ: Bar-Shalom, Willett and Tian 2011, section 6.2.
 
+use super::scaling::{is_possible, to_logarithms};
 use super::{Assignment, AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
-use crate::scalar::{Real, is_finite, ln};
+use crate::scalar::{Real, ln};
 
 /// What a miss that is impossible weighs where it has to be.
 const LN_IMPOSSIBLE: f64 = -1e4;
@@ -34,9 +35,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Associator<T, TRACKS, DETS
 
     fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
         if matrix.domain == Domain::Linear {
-            for (miss, hit) in matrix.miss.iter_mut().zip(&mut matrix.hit) {
-                core::iter::once(miss).chain(hit).for_each(|weight| *weight = ln(*weight));
-            }
+            to_logarithms(matrix);
         }
         let bonus = match matrix.clutter {
             ClutterPrior::Poisson => T::ZERO,
@@ -46,7 +45,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Associator<T, TRACKS, DETS
         if !feasible {
             // Who cannot be served must miss, at a price that keeps all others served.
             for miss in &mut matrix.miss {
-                if !is_finite(*miss) {
+                if !is_possible(*miss) {
                     *miss = T::lit(LN_IMPOSSIBLE);
                 }
             }
@@ -58,6 +57,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Associator<T, TRACKS, DETS
             *miss = if chosen.is_none() { one } else { zero };
             hit.iter_mut().enumerate().for_each(|(j, hit)| *hit = if chosen == Some(j) { one } else { zero });
         }
+        matrix.domain = Domain::Linear;
         Completeness { infeasible: u16::from(!feasible), ..Completeness::default() }
     }
 }
@@ -86,7 +86,7 @@ fn best_bonus<T: Real, const TRACKS: usize, const DETS: usize>(
     matrix: &AssociationMatrix<T, TRACKS, DETS>,
     memory: &mut Assignment<T, TRACKS, DETS>,
 ) -> T {
-    let possible = |j: &usize| (0..TRACKS).any(|t| ln_hit(matrix, t, *j) > -T::ONE / T::ZERO);
+    let possible = |j: &usize| (0..TRACKS).any(|t| is_possible(ln_hit(matrix, t, *j)));
     let gated = (0..matrix.columns()).filter(possible).count();
     let gain = |i| ln(T::from_count(gated) / T::from_count(gated - i));
     let (mut best, mut best_sum, mut served) = (T::ZERO, -T::ONE / T::ZERO, 0);

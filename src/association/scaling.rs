@@ -22,7 +22,8 @@ pub(super) fn least<T: Real>() -> T {
 }
 
 /// Scales a row to the sum one: PDA. What is no weight (NaN, negative) counts as zero. `false` where the row spans more
-/// than the precision can.
+/// than the precision can, unless a miss is likely: an event with a hit that underflows is then nothing beside the same
+/// event with a miss in its place.
 #[inline(always)]
 pub(super) fn normalise<T: Real, const TRACKS: usize, const DETS: usize>(
     matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
@@ -54,7 +55,7 @@ pub(super) fn normalise<T: Real, const TRACKS: usize, const DETS: usize>(
         *miss = T::ZERO;
     }
     let scale = T::ONE / sum;
-    if !(is_finite(sum) && is_finite(scale)) || smallest * scale < least() {
+    if !(is_finite(sum) && is_finite(scale)) || (smallest * scale < least() && *miss * scale < T::EPSILON) {
         return sum == T::ZERO;
     }
     *miss *= scale;
@@ -67,11 +68,13 @@ pub(super) fn is_possible<T: Real>(ln_weight: T) -> bool {
     is_finite(allowed(ln_weight))
 }
 
-/// Takes the logarithm of every weight.
+/// Takes the logarithm of every weight; −∞ of what is none.
+// Out of line: rare, and long beside what is not.
+#[inline(never)]
 pub(super) fn to_logarithms<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut AssociationMatrix<T, TRACKS, DETS>) {
     for row in 0..TRACKS {
         if let Some((miss, hit)) = matrix.row_mut(row) {
-            core::iter::once(miss).chain(hit).for_each(|w| *w = if is_finite(*w) { ln_or_none(*w) } else { -T::ONE / T::ZERO });
+            core::iter::once(miss).chain(hit).for_each(|w| *w = allowed(ln(*w)));
         }
     }
     matrix.domain = Domain::Logarithmic;
@@ -86,7 +89,7 @@ pub(super) fn balance<T: Real, const TRACKS: usize, const DETS: usize>(
     assignment: &mut Assignment<T, TRACKS, DETS>,
     logarithmic: bool,
 ) -> Option<T> {
-    let to_ln = |w: T| if logarithmic { allowed(w) } else { ln_or_none(w) };
+    let to_ln = |w: T| allowed(if logarithmic { w } else { ln(w) });
     let Cluster { tracks, columns, vacant, .. } = cluster;
     let rows = || tracks.iter().map(|row| usize::from(*row));
     for row in rows() {
@@ -132,8 +135,4 @@ pub(super) fn balance<T: Real, const TRACKS: usize, const DETS: usize>(
         column.unused = exp(-*v);
     }
     Some(largest * T::EPSILON * T::from_count(4 * tracks.len()))
-}
-
-fn ln_or_none<T: Real>(w: T) -> T {
-    if w > T::ZERO { ln(w) } else { -T::ONE / T::ZERO }
 }

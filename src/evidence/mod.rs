@@ -204,7 +204,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         }
         if self.gated.is_empty() || !reference.is_finite() {
             self.miss = T::ONE;
-            self.hit = [T::ZERO; DETS];
+            self.hit.iter_mut().take(self.gated.len()).for_each(|hit| *hit = T::ZERO);
             return;
         }
         for (((number, row), mixture), hit) in self.gated.iter().zip(&mut self.likelihood).zip(&mut self.mixture).zip(&mut self.hit) {
@@ -219,7 +219,7 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
     }
 
     /// Updates `bank` by the association probabilities: `beta_0`, and those that replaced the weights of the gated
-    /// detections. Returns how many corrections were taken back because they would have broken a covariance.
+    /// detections. Returns how many corrections were refused because they would have broken a covariance.
     ///
     /// Cost per mode: about 12 NZ² + 2 operations a gated detection, and one [`correct`](crate::gaussian::Gaussian::correct);
     /// where a gated detection has an offset, the drift of the mode and two corrections a gated detection.
@@ -380,7 +380,7 @@ impl<T: Real, const NZ: usize> Predicted<T, NZ> {
 /// μ_r = c_r N(ν_r; 0, S_r) / Σ_s c_s N(ν_s; 0, S_s),   mode r takes the Kalman update by ν_r
 /// ```
 ///
-/// Returns how many corrections were taken back.
+/// Returns how many corrections were refused.
 pub fn update_by_one<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
     bank: &mut ModeBank<T, NX, MODES>,
     model: &M,

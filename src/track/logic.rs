@@ -24,6 +24,8 @@
 //! the weights.
 
 use crate::error::ConfigError;
+use crate::gaussian::Gaussian;
+use crate::model::Layout;
 use crate::scalar::{Real, exp, is_finite};
 
 /// r is kept at or below this, so that misses can always end a track.
@@ -134,6 +136,12 @@ impl<T: Real> Logic<T> {
 impl<T: Real> Logic<T> {
     pub(crate) fn deletes_duplicates(&self) -> bool {
         self.duplicate_distance > T::ZERO
+    }
+
+    /// Whether a position variance of `g` exceeds the limit.
+    pub(crate) fn is_too_uncertain<const NX: usize>(&self, g: &Gaussian<T, NX>, layout: Layout) -> bool {
+        let variance = |axis: usize| g.cov.get(axis * layout.stride, axis * layout.stride);
+        (0..layout.axes).any(|axis| variance(axis).is_some_and(|v| v > self.position_variance))
     }
 
     /// The probability that a target is still there after `dt` \[s\].

@@ -24,9 +24,6 @@ use logic::Policy;
 pub struct TrackId(NonZeroU32);
 
 impl TrackId {
-    /// The identity of the first track.
-    pub(crate) const FIRST: Self = Self(NonZeroU32::MIN);
-
     /// The number of the identity, from 1 in order of birth.
     #[must_use]
     pub const fn number(self) -> u32 {
@@ -146,7 +143,7 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
             }
             Policy::Existence(rules) => (self.existence < rules.delete, self.existence > rules.confirm),
         };
-        if lost || self.is_too_uncertain(logic, layout) {
+        if lost || logic.is_too_uncertain(self.likely(), layout) {
             *self = Self::FREE;
             return Change::Deleted;
         }
@@ -167,16 +164,7 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
         (!self.confirmed && loss > T::ZERO).then_some(loss)
     }
 
-    /// Whether a position variance exceeds the logic's limit.
-    pub(crate) fn is_too_uncertain(&self, logic: &Logic<T>, layout: Layout) -> bool {
-        let likely = self.likely();
-        (0..layout.axes).any(|a| {
-            let i = a * layout.stride;
-            likely.cov.get(i, i).is_some_and(|v| v > logic.position_variance)
-        })
-    }
-
-    /// Counts a correction that was taken back. The second one deletes the track.
+    /// Counts a correction that was refused. The second one deletes the track.
     pub(crate) fn reset(&mut self) -> Change {
         self.resets = self.resets.saturating_add(1);
         if self.resets < 2 && self.bank.is_valid() {

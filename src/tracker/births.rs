@@ -9,11 +9,11 @@
 use super::picture::{Picture, Setup};
 use crate::gaussian::Gaussian;
 use crate::initiation::{Rule, Seed, locate};
-use crate::mode::{ModeBank, ModeSet};
+use crate::mode::ModeSet;
 use crate::scalar::Real;
 use crate::scan::{Report, Scan, Selection};
 use crate::sensor::Sensor;
-use crate::track::{Track, TrackId};
+use crate::track::Track;
 
 impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Picture<T, NX, MODES, TRACKS, DETS> {
     /// Starts tracks from what no track gated.
@@ -89,12 +89,9 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
         hits: u8,
         g: Gaussian<T, NX>,
     ) -> Option<(usize, Track<T, NX, MODES>)> {
-        let (bank, logic) = (ModeBank::new(setup.initial, g), &setup.logic);
         let slot = self.tracks.iter().position(|t| t.is_free()).or_else(|| self.most_doubtful(setup))?;
-        if !bank.is_valid() || Track::cued(TrackId::FIRST, logic, bank).is_too_uncertain(logic, M::LAYOUT) {
-            return None;
-        }
-        Some((slot, Track::born(self.ids.next()?, hits, logic, bank)))
+        let bank = setup.bank(g)?;
+        Some((slot, Track::born(self.ids.next()?, hits, &setup.logic, bank)))
     }
 
     /// The tentative track that has lost most since its birth; of equals the last.

@@ -235,6 +235,9 @@ fn estimate_clutter<T: Real, const TRACKS: usize, const DETS: usize>(
     diffuse: impl Fn(usize) -> bool,
 ) {
     let columns = matrix.columns();
+    if !(0..columns).any(&diffuse) {
+        return;
+    }
     let possible = |column: &usize| matrix.hit.iter().any(|row| row.get(*column).is_some_and(|h| *h > T::ZERO));
     let (mut count, mut known) = (0, 0);
     for column in (0..columns).filter(possible) {

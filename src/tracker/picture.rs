@@ -47,6 +47,12 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Set
         Self { initiation, ..self }
     }
 
+    /// The modes of a new track at `g`; `None` where it is not sound, or too uncertain.
+    pub fn bank(&self, g: Gaussian<T, NX>) -> Option<ModeBank<T, NX, MODES>> {
+        let bank = ModeBank::new(self.initial, g);
+        (bank.is_valid() && !self.logic.is_too_uncertain(&g, M::LAYOUT)).then_some(bank)
+    }
+
     /// What a scan has made of a track that was updated.
     #[inline(never)]
     pub fn conclude(&self, track: &mut Track<T, NX, MODES>, outcome: Outcome, report: &mut Report) {
@@ -71,7 +77,7 @@ pub(super) struct Outcome {
     pub looked: bool,
     /// Whether a detection is more probably the target's than not, 1 − β_0 > ½
     pub hit: bool,
-    /// Corrections taken back
+    /// Corrections refused
     pub resets: u16,
 }
 
@@ -133,17 +139,13 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
 
     /// A confirmed track from elsewhere, at the time of the last scan.
     pub fn start<M: ModeSet<T, NX, MODES>>(&mut self, setup: &Setup<T, M, NX, MODES>, g: Gaussian<T, NX>, at: Instant) -> Option<TrackId> {
-        let bank = ModeBank::new(setup.initial, g);
-        if !bank.is_valid() || self.time.is_some_and(|time| time != at) {
+        if self.time.is_some_and(|time| time != at) {
             return None;
         }
+        let bank = setup.bank(g)?;
         let slot = self.tracks.iter_mut().find(|t| t.is_free())?;
         let id = self.ids.next()?;
-        let track = Track::cued(id, &setup.logic, bank);
-        if track.is_too_uncertain(&setup.logic, M::LAYOUT) {
-            return None;
-        }
-        *slot = track;
+        *slot = Track::cued(id, &setup.logic, bank);
         self.time = Some(at);
         Some(id)
     }

@@ -21,7 +21,7 @@ use nalgebra::SVector;
 
 /// The update by the printed equations. `associate` replaces weights by probabilities, as
 /// [`SingleAssociator`](crate::association::SingleAssociator) does; `gated` is called with the number of every gated
-/// detection. Returns how many corrections were taken back.
+/// detection. Returns how many corrections were refused.
 pub(super) fn update<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize, const DETS: usize>(
     bank: &mut ModeBank<T, NX, MODES>,
     sensor: &S,

@@ -136,7 +136,8 @@ fn many_scans<T: Scalar, const N: usize, const M: usize, const R: usize>(case: &
     let (p_detect, density) = (case.get("Pd")?, case.find("lam")?);
     let (clutter, prior) = match &density {
         Some(density) => (Clutter::Poisson(density.number()?), ClutterPrior::Poisson),
-        None => (Clutter::Diffuse, ClutterPrior::Diffuse),
+        // A density of one, to be scaled when m and V of all targets are known.
+        None => (Clutter::Poisson(T::ONE), ClutterPrior::Diffuse),
     };
     // Under diffuse clutter these cases take 1 − P_D for a missed track.
     let mut gate = gate::<T, M>(case)?;
@@ -169,17 +170,11 @@ fn many_scans<T: Scalar, const N: usize, const M: usize, const R: usize>(case: &
             bank.predict(&motion, T::ONE);
             let innovations = innovations(bank, &sensor.model);
             let mut evidence = Evidence::<T, R, DETS>::new();
-            let own = evidence.collect(bank, &innovations, &sensor, &plots, &all);
-            volume += own;
-            // The evidence of a track alone takes its own density of clutter, m_t / V_t.
-            let scale = match prior {
-                ClutterPrior::Poisson => T::ONE,
-                ClutterPrior::Diffuse => T::lit(evidence.gated().len() as f64) / own,
-            };
+            volume += evidence.collect(bank, &innovations, &sensor, &plots, &all);
             let (weight_of_none, _) = evidence.weights();
             let Some((miss, hit)) = matrix.row_mut(t) else { continue };
             *miss = weight_of_none;
-            evidence.scored().for_each(|(j, weight)| hit[usize::from(j)] = *weight * scale);
+            evidence.scored().for_each(|(j, weight)| hit[usize::from(j)] = *weight);
             looks.push((bank.prob, innovations, evidence));
         }
         let validated: Vec<usize> = (0..plots.len()).filter(|j| looks.iter().any(|l| l.2.gated().contains(&(*j as u16)))).collect();

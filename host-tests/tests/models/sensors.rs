@@ -13,7 +13,7 @@ use crate::derivative;
 use crate::scene::{Law, Scene, every_radar, scenes};
 use crate::support::{draws, gaussian, wide, wide_cov, within};
 use boresight::error::ConfigError;
-use boresight::gaussian::Gaussian;
+use boresight::gaussian::{Gaussian, ResidualDensity};
 use boresight::model::position::Position;
 use boresight::model::radar::Component::{self, Azimuth, Elevation, Range, RangeRate};
 use boresight::model::radar::Radar;
@@ -101,7 +101,7 @@ fn dense_form<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ
     prop_assert_eq!(fast.z_hat, dense.z_hat);
     within("G", &wide(&fast.cross), &wide(&dense.cross), &(p * h.transpose() * (epsilon * (n + 1.0))))?;
     within("H P H'", &wide_cov(&fast.spread), &wide_cov(&dense.spread), &(h * p * h.transpose() * (epsilon * (2.0 * n + 2.0))))?;
-    let density = fast.density_with(&model.noise(&g.mean));
+    let density = ResidualDensity::new(&fast.spread.plus(&model.noise(&g.mean)));
     prop_assert!(fast.density.is_proper());
     prop_assert_eq!((fast.density.s_inv, fast.density.ln_norm), (density.s_inv, density.ln_norm));
     Ok(())
