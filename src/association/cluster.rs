@@ -1,25 +1,18 @@
-//! Clusters: groups of tracks that share detections. Clusters do not see each other, so each is associated alone.
+//! A cluster: tracks that share detections, and the detections. Clusters do not see each other, so each is associated alone.
 //!
 //! ```text
-//! shared      a detection with positive weight for two tracks or more puts them into one cluster
 //! order       next the shared detection that leaves the fewest tracks open: a track is open from its first to its last
-//! private     vacant_t = miss_t + Σ of the track's unshared h_tj, split among them again in the end
 //! turned      tracks and detections change places: h_jt,  vacant_j = q_j,  q_t = vacant_t
 //! ```
 //!
-//! Reid, *IEEE Trans. AC* 24(6), 1979, for clusters. A joint event treats a private detection exactly as it treats no
-//! detection at all (under Poisson clutter), so that folding changes no probability and leaves the sweep the shared
-//! detections only. A cluster with more tracks than shared detections is swept turned, along its tracks with sets of
-//! detections: events and weights are the same.
+//! Reid, *IEEE Trans. AC* 24(6), 1979, for clusters. A cluster with more tracks than shared detections is swept turned, along
+//! its tracks with sets of detections: events and weights are the same.
 
-use super::matrix::AssociationMatrix;
 use super::work::count;
 use crate::scalar::Real;
 
 /// Tracks of a cluster that a mask can name; beyond that only the approximation remains.
 pub(super) const MASKED: usize = 32;
-/// No track.
-const NONE: u16 = u16::MAX;
 
 /// A shared detection.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +29,13 @@ pub(super) struct Column<T> {
     pub unused: T,
 }
 
+impl<T: Real> Column<T> {
+    /// The column of detection `det`, not yet ordered.
+    pub fn new(det: usize, unused: T) -> Self {
+        Self { det: det as u16, tracks: 0, opening: 0, closing: 0, unused }
+    }
+}
+
 /// One cluster, taken from the matrix.
 #[derive(Clone, Debug)]
 pub(super) struct Cluster<T, const TRACKS: usize, const DETS: usize> {
@@ -45,9 +45,7 @@ pub(super) struct Cluster<T, const TRACKS: usize, const DETS: usize> {
     pub columns: heapless::Vec<Column<T>, DETS>,
     /// The weight of each track, by its number in the cluster, when it has none of the columns
     pub vacant: [T; TRACKS],
-    /// Whether private detections are part of the vacant weights
-    pub folded: bool,
-    /// The vacant weights as they were taken from the matrix
+    /// The vacant weights as they were taken from the matrix: of a miss, or of that and all private detections
     pub whole: [T; TRACKS],
     /// Whether tracks and detections have changed places; sweeps then replace the unused weights by marginals, too.
     pub turned: bool,
@@ -61,7 +59,6 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
             tracks: heapless::Vec::new(),
             columns: heapless::Vec::new(),
             vacant: [T::ZERO; TRACKS],
-            folded: false,
             whole: [T::ZERO; TRACKS],
             turned: false,
             sums: [T::ZERO; TRACKS],
@@ -90,15 +87,12 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
             *vacant = column.unused;
         }
         for (k, unused) in other.vacant.iter().enumerate().take(columns) {
-            let mut tracks = 0;
-            for (i, (column, row)) in other.columns.iter().zip(weights.iter_mut()).enumerate() {
-                let weight = other.weight(hit, k, column);
+            for (column, row) in other.columns.iter().zip(weights.iter_mut()) {
                 if let Some(entry) = row.get_mut(k) {
-                    *entry = weight;
+                    *entry = other.weight(hit, k, column);
                 }
-                tracks |= u32::from(weight > T::ZERO) << (i & 31);
             }
-            let _ = self.columns.push(Column { det: k as u16, tracks, opening: 0, closing: 0, unused: *unused });
+            let _ = self.columns.push(Column::new(k, *unused));
         }
         true
     }
@@ -118,13 +112,21 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
         }
     }
 
-    /// Orders the columns so that few tracks are open at a time, and marks where tracks open and close.
+    /// Orders the columns so that few tracks are open at a time, and marks which tracks each has, opens and closes.
     ///
-    /// Cost: the square of the columns, times the tracks that gate one.
-    pub fn order(&mut self) {
+    /// Cost: a look at every weight, and the square of the columns times the tracks that gate one.
+    pub fn order(&mut self, hit: &[[T; DETS]; TRACKS]) {
         // Once is enough: the first of ordered columns opens its tracks.
         if self.columns.first().is_none_or(|column| column.opening != 0) {
             return;
+        }
+        for (k, row) in self.tracks.iter().enumerate().take(MASKED) {
+            let Some(hit) = hit.get(usize::from(*row)) else { return };
+            count(self.columns.len());
+            for column in &mut self.columns {
+                let gated = hit.get(usize::from(column.det)).is_some_and(|h| *h > T::ZERO);
+                column.tracks |= u32::from(gated) << (k & 31);
+            }
         }
         if self.tracks.len() > 4 {
             self.sort_by_frontier();
@@ -179,129 +181,4 @@ pub(super) fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
         mask &= mask.wrapping_sub(1);
         (bit < 32).then_some(bit)
     })
-}
-
-/// Which tracks belong together, and which detections are shared.
-#[derive(Clone, Debug)]
-pub(super) struct Partition<const TRACKS: usize, const DETS: usize> {
-    /// The cluster of every row, named by its first row
-    label: [u16; TRACKS],
-    /// The first row that gates a detection
-    owner: [u16; DETS],
-    /// Whether another gates it too
-    shared: [bool; DETS],
-    /// Of the cluster taken last: the tracks that gate a detection, by their number
-    gating: [u32; DETS],
-}
-
-impl<const TRACKS: usize, const DETS: usize> Partition<TRACKS, DETS> {
-    pub const fn new() -> Self {
-        Self { label: [0; TRACKS], owner: [0; DETS], shared: [false; DETS], gating: [0; DETS] }
-    }
-
-    /// Groups the rows of `matrix` by shared detections; with `together` all rows that gate any are one cluster.
-    ///
-    /// Cost: one look at every weight, and TRACKS operations per union of two clusters.
-    #[inline(always)]
-    pub fn find<T: Real>(&mut self, matrix: &AssociationMatrix<T, TRACKS, DETS>, gated: impl Fn(T) -> bool, together: bool) {
-        let columns = matrix.columns();
-        let Self { label: labels, owner, shared, .. } = self;
-        let (Some(owner), Some(shared)) = (owner.get_mut(..columns), shared.get_mut(..columns)) else { return };
-        owner.fill(NONE);
-        shared.fill(false);
-        let mut first = NONE;
-        for (t, hit) in (0u16..).zip(&matrix.hit) {
-            let mut label = t;
-            count(columns);
-            let Some(hit) = hit.get(..columns) else { return };
-            for ((h, owner), shared) in hit.iter().zip(owner.iter_mut()).zip(shared.iter_mut()) {
-                if !gated(*h) {
-                    continue;
-                }
-                let mut other = *owner;
-                if other == NONE {
-                    *owner = t;
-                    other = if together { first } else { NONE };
-                    first = first.min(t);
-                } else {
-                    *shared = true;
-                }
-                if other != NONE {
-                    let theirs = labels.get(usize::from(other)).copied().unwrap_or(label);
-                    if theirs != label && other != t {
-                        count(usize::from(t));
-                        let (keep, give) = (label.min(theirs), label.max(theirs));
-                        labels.iter_mut().take(usize::from(t)).filter(|l| **l == give).for_each(|l| *l = keep);
-                        label = keep;
-                    }
-                }
-            }
-            if let Some(l) = labels.get_mut(usize::from(t)) {
-                *l = label;
-            }
-        }
-    }
-
-    /// Whether more than one row gates each detection
-    pub fn shared(&self) -> &[bool] {
-        &self.shared
-    }
-
-    /// How many of the first `columns` detections any row gates
-    pub fn gated(&self, columns: usize) -> usize {
-        self.owner.iter().take(columns).filter(|owner| **owner != NONE).count()
-    }
-
-    /// The cluster that begins with `row`: its tracks and their columns, shared or, unless `fold`, all. `false` where the
-    /// row begins none.
-    #[inline(always)]
-    pub fn take<T: Real>(
-        &mut self,
-        row: usize,
-        matrix: &AssociationMatrix<T, TRACKS, DETS>,
-        gated: impl Fn(T) -> bool,
-        fold: bool,
-        cluster: &mut Cluster<T, TRACKS, DETS>,
-    ) -> bool {
-        if self.label.get(row).is_none_or(|label| usize::from(*label) != row) {
-            return false;
-        }
-        cluster.tracks.clear();
-        cluster.columns.clear();
-        cluster.folded = fold;
-        for (t, _) in (0u16..).zip(&self.label).skip(row).filter(|(_, label)| usize::from(**label) == row) {
-            let _ = cluster.tracks.push(t);
-        }
-        if cluster.tracks.len() < 2 {
-            return true;
-        }
-        let columns = matrix.columns();
-        let (Some(gating), Some(shared)) = (self.gating.get_mut(..columns), self.shared.get(..columns)) else { return false };
-        gating.fill(0);
-        let mut bit = 1u32;
-        for ((t, vacant), whole) in cluster.tracks.iter().zip(&mut cluster.vacant).zip(&mut cluster.whole) {
-            let Some((miss, hit)) = matrix.row(usize::from(*t)) else { break };
-            *vacant = miss;
-            count(hit.len());
-            for ((h, gating), shared) in hit.iter().zip(gating.iter_mut()).zip(shared) {
-                if gated(*h) {
-                    if *shared || !fold {
-                        *gating |= bit;
-                    } else {
-                        *vacant += *h;
-                    }
-                }
-            }
-            *whole = *vacant;
-            bit <<= 1;
-        }
-        // In a cluster too large for masks, columns of the tracks beyond them count too.
-        let large = cluster.tracks.len() > MASKED;
-        for ((det, tracks), shared) in (0u16..).zip(gating.iter()).zip(shared) {
-            if *tracks != 0 || large && (*shared || !fold) {
-                let _ = cluster.columns.push(Column { det, tracks: *tracks, opening: 0, closing: 0, unused: T::ONE });
-            }
-        }
-        true
-    }
 }

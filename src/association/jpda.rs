@@ -3,7 +3,7 @@
 //! ```text
 //! β_tj = Σ weights of the joint events that give track t detection j / Σ weights of all joint events
 //!
-//! cluster     tracks that share detections; each cluster on its own                             cluster.rs
+//! cluster     tracks that share detections; each cluster on its own               partition.rs, cluster.rs
 //! dense       exact, if all sets of open tracks, or of open detections, fit into NODES;
 //!             otherwise, or where Z is too small for the precision:                   small.rs, sweep.rs
 //! balance     hit_tj e^{−u_t − v_j}, vacant_t e^{−u_t}, q_j = e^{−v_j} with the prices of the
@@ -21,7 +21,7 @@
 //! With T rows, M columns, N = NODES and g = min(T, 26), steps of loops over weights, sets, keys and messages are at most
 //!
 //! ```text
-//! always       T (7 M + 1) + T²
+//! always       8 T M + T² (M / 64 + 2)
 //! order        2 M² (g + 7)                                      more than four tracks
 //! exact        2 (3 T + 8) (N + 16)                              once plain, once balanced
 //! balance      T M (min(T, M) + 5)
@@ -31,20 +31,21 @@
 //!
 //! as [`Jpda::worst_case`] adds up. A cluster ends at the first rung that holds: most never leave "exact".
 
-use super::assignment::{Assignment, allowed};
+use super::assignment::Assignment;
 use super::beam::{Beam, Kept, Nodes};
-use super::cluster::{Cluster, MASKED, Partition};
+use super::cluster::{Cluster, MASKED};
 use super::matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
-use super::scaling::{balance, is_possible, least, normalise, to_logarithms};
-use super::{lbp, small, sweep};
+use super::partition::Partition;
+use super::scaling::{balance, exponentiate, least};
+use super::{lbp, sweep};
 use crate::error::ConfigError;
-use crate::scalar::{Real, exp, is_finite, larger, sqrt};
+use crate::scalar::{Real, is_finite, larger, sqrt};
 
 /// JPDA with room for `NODES` sets of served tracks over all layers of a sweep, at least one per detection and one more.
 ///
 /// Tracks that share detections form a cluster. Its probabilities are exact where all sets of tracks, or of detections, that
-/// can be served fit into `NODES`: four tracks that share eight detections all around take 120 nodes, and a node takes the
-/// size of a scalar and 4 bytes. Otherwise the heaviest sets are kept: with Z the weight of the events kept and D an upper
+/// can be served fit into `NODES`: four tracks that share eight detections all around take 112 nodes (144 if
+/// balanced), and a node takes the size of a scalar and 4 bytes. Otherwise the heaviest sets are kept: with Z the weight of the events kept and D an upper
 /// bound of that of the others, every probability is within D / (Z + D) of the exact one, and that number, rounding included,
 /// is [`Completeness::error_bound`]. Where it exceeds the tolerance the cluster gets loopy belief propagation, which has no
 /// bound and counts as approximated.
@@ -55,7 +56,7 @@ use crate::scalar::{Real, exp, is_finite, larger, sqrt};
 /// that is more than a few roots of ε it is reported as a bound.
 ///
 /// Cost: at most [`worst_case`](Self::worst_case) steps, quadratic in `NODES`; typically T M for T tracks and M detections
-/// and 3 · 2^T M multiply-adds for T that share them.
+/// and 1.5 T 2^T M multiply-adds for T that share them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Jpda<const NODES: usize> {
@@ -89,7 +90,7 @@ impl<const NODES: usize> Jpda<NODES> {
         let (t, m, n) = (tracks as u64, detections as u64, if NODES == 0 { 1 } else { NODES as u64 });
         let g = if t < 26 { t } else { 26 };
         let pairs = if t < m { t } else { m };
-        let always = t * (7 * m + 1) + t * t;
+        let always = 8 * t * m + t * t * (m / 64 + 2);
         let order = 2 * m * m * (g + 7);
         let exact = 2 * (3 * t + 8) * (n + 16);
         let balance = t * m * (pairs + 5);
@@ -102,7 +103,7 @@ impl<const NODES: usize> Jpda<NODES> {
 /// What [`Jpda`] works in.
 #[derive(Clone, Debug)]
 pub struct JpdaMemory<T, const TRACKS: usize, const DETS: usize, const NODES: usize> {
-    partition: Partition<TRACKS, DETS>,
+    partition: Partition<T, TRACKS, DETS>,
     cluster: Cluster<T, TRACKS, DETS>,
     turned: Cluster<T, TRACKS, DETS>,
     weight: [T; NODES],
@@ -132,28 +133,20 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize> Associ
     fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
         let mut completeness = Completeness::default();
         let diffuse = matrix.clutter == ClutterPrior::Diffuse;
-        if matrix.domain == Domain::Linear && !(0..TRACKS).all(|row| normalise(matrix, row)) {
-            to_logarithms(matrix);
-        }
-        let logarithmic = matrix.domain == Domain::Logarithmic;
-        let fold = !(diffuse || logarithmic);
-        if logarithmic {
-            memory.partition.find(matrix, is_possible, diffuse);
-        } else {
-            memory.partition.find(matrix, |h| h > T::ZERO, diffuse);
-        }
+        memory.partition.find(matrix, diffuse);
+        let linear = matrix.domain == Domain::Linear;
+        let plain = linear && !diffuse;
         for row in 0..TRACKS {
-            let found = if logarithmic {
-                memory.partition.take(row, matrix, is_possible, fold, &mut memory.cluster)
-            } else {
-                memory.partition.take(row, matrix, |h| h > T::ZERO, fold, &mut memory.cluster)
-            };
-            if !found {
-                continue;
-            }
-            let outcome = match memory.cluster.tracks.len() {
-                1 => alone(matrix, row, logarithmic),
-                _ => self.joint(matrix, memory),
+            let outcome = match memory.partition.members(row) {
+                None => continue,
+                Some((1, _)) => {
+                    memory.partition.normalise(row, matrix);
+                    alone(matrix, row, !linear)
+                }
+                Some((members, rows)) => {
+                    let few = if plain { memory.partition.few(members, rows, matrix, &mut memory.weight) } else { None };
+                    if few == Some(true) { Outcome::Exact } else { self.joint(row, plain, few.is_some(), matrix, memory) }
+                }
             };
             match outcome {
                 Outcome::Exact => {}
@@ -179,19 +172,21 @@ enum Outcome {
 }
 
 impl<const NODES: usize> Jpda<NODES> {
-    /// The marginals of the cluster in memory, which has two tracks or more.
-    #[inline(always)]
+    /// The marginals of the cluster of two tracks or more that begins with `row`. Whether its weights are `plain`, and have been
+    /// `tried` as they are.
+    #[inline(never)]
     fn joint<T: Real, const TRACKS: usize, const DETS: usize>(
         &self,
+        row: usize,
+        plain: bool,
+        tried: bool,
         matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
         memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
     ) -> Outcome {
-        let mut outcome = Outcome::Exact;
-        let plain = matrix.clutter == ClutterPrior::Poisson && matrix.domain == Domain::Linear;
-        if !(plain && exact(matrix, memory, least()) > least()) {
-            outcome = self.balanced(matrix, memory);
-        }
-        hand_out(matrix, &memory.cluster, &memory.partition);
+        memory.partition.take(row, matrix, plain, &mut memory.cluster);
+        let exact = plain && !tried && exact(&mut matrix.hit, memory);
+        let outcome = if exact { Outcome::Exact } else { self.balanced(matrix, memory) };
+        memory.partition.hand_out(matrix, &memory.cluster);
         outcome
     }
 
@@ -202,25 +197,25 @@ impl<const NODES: usize> Jpda<NODES> {
         matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
         memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
     ) -> Outcome {
-        let diffuse = (matrix.clutter == ClutterPrior::Diffuse).then(|| memory.partition.gated(matrix.columns()));
+        let diffuse = (matrix.clutter == ClutterPrior::Diffuse).then_some(memory.partition.gated);
         let logarithmic = matrix.domain == Domain::Logarithmic;
         let JpdaMemory { cluster, scratch, assignment, .. } = memory;
         let Some(perturbation) = balance(cluster, &mut matrix.hit, scratch, assignment, logarithmic) else {
             for row in cluster.tracks.iter().map(|row| usize::from(*row)) {
                 set_undetected(matrix, row);
             }
-            (cluster.vacant, cluster.folded) = ([T::ONE; TRACKS], false);
+            (cluster.vacant, cluster.whole) = ([T::ONE; TRACKS], [T::ONE; TRACKS]);
             return Outcome::Infeasible;
         };
         let bound = |error: T| (error + perturbation).to_f64() as f32 * (1.0 + f32::EPSILON);
         // Logarithms too large for the precision make even the sum of all events an approximation.
         let all = if perturbation <= T::lit(16.0) * sqrt(T::EPSILON) { Outcome::Exact } else { Outcome::Bounded(bound(T::ZERO)) };
-        if diffuse.is_none() && exact(matrix, memory, least()) > least() {
+        if diffuse.is_none() && exact(&mut matrix.hit, memory) {
             return all;
         }
         let JpdaMemory { cluster, weight, key, starts, scratch, .. } = memory;
         if cluster.tracks.len() <= MASKED {
-            cluster.order();
+            cluster.order(&matrix.hit);
             let hit = &mut matrix.hit;
             let (nodes, tolerance) = (Nodes { weight, key }, T::lit(self.tolerance.into()));
             let mut beam = Beam { nodes, cluster, hit, after: scratch, starts, diffuse, tolerance };
@@ -238,53 +233,32 @@ impl<const NODES: usize> Jpda<NODES> {
     }
 }
 
-/// The marginals of all events if their layers fit into the nodes. Returns Z, zero where they do not; where it is not above
-/// `least` nothing is replaced.
-#[inline(always)]
+/// The marginals of all events, swept along the detections or along the tracks, whichever takes fewer nodes. `false`, and
+/// nothing replaced, where neither fits or Z is too small for the precision.
 fn exact<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize>(
-    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
-    memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
-    least: T,
-) -> T {
-    let z = match small::marginals(&mut memory.cluster, &mut matrix.hit, &mut memory.weight, least) {
-        Some(z) => z,
-        None => exact_of_many(&mut matrix.hit, memory, least),
-    };
-    // Where Z overflows nothing has been replaced, either.
-    if is_finite(z) { z } else { T::ZERO }
-}
-
-/// The same of more than four tracks, swept along the detections or along the tracks, whichever takes fewer nodes.
-#[inline(never)]
-fn exact_of_many<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize>(
     hit: &mut [[T; DETS]; TRACKS],
     memory: &mut JpdaMemory<T, TRACKS, DETS, NODES>,
-    least: T,
-) -> T {
+) -> bool {
     let JpdaMemory { cluster, turned, weight, scratch, .. } = memory;
+    let sound = |z: T| z > least() && is_finite(z);
     let (tracks, columns) = (cluster.tracks.len(), cluster.columns.len());
     let mut direct = usize::MAX;
     if tracks <= MASKED {
-        cluster.order();
+        cluster.order(hit);
         direct = sweep::size(cluster);
     }
     if columns < tracks && turned.turn(cluster, hit, scratch) {
-        let mut z = small::marginals(turned, scratch, weight, least);
-        if z.is_none() {
-            turned.order();
-            let size = sweep::size(turned);
-            if size < direct && size <= NODES {
-                z = Some(sweep::marginals(turned, scratch, weight, least));
-            }
-        }
-        if let Some(z) = z {
-            if z > least && is_finite(z) {
+        turned.order(scratch);
+        let size = sweep::size(turned);
+        if size < direct && size <= NODES {
+            let swept = sound(sweep::marginals(turned, scratch, weight, least()));
+            if swept {
                 turned.turn_back(cluster, hit, scratch);
             }
-            return z;
+            return swept;
         }
     }
-    if direct <= NODES { sweep::marginals(cluster, hit, weight, least) } else { T::ZERO }
+    direct <= NODES && sound(sweep::marginals(cluster, hit, weight, least()))
 }
 
 /// A track that shares nothing.
@@ -295,16 +269,9 @@ fn alone<T: Real, const TRACKS: usize, const DETS: usize>(
 ) -> Outcome {
     let Some((miss, hit)) = matrix.row_mut(row) else { return Outcome::Exact };
     if logarithmic {
-        let largest = hit.iter().fold(allowed(*miss), |largest, h| larger(largest, allowed(*h)));
-        for w in core::iter::once(&mut *miss).chain(hit.iter_mut()) {
-            *w = if is_possible(*w) { exp(*w - largest) } else { T::ZERO };
-        }
-        let sum = hit.iter().fold(*miss, |sum, h| sum + *h);
-        if sum > T::ZERO {
-            core::iter::once(miss).chain(hit).for_each(|w| *w /= sum);
-        }
+        exponentiate(miss, hit);
     }
-    if matrix.row(row).is_some_and(|(miss, hit)| miss == T::ZERO && hit.iter().all(|h| *h == T::ZERO)) {
+    if *miss == T::ZERO && hit.iter().all(|h| *h == T::ZERO) {
         set_undetected(matrix, row);
         return Outcome::Infeasible;
     }
@@ -316,24 +283,5 @@ fn set_undetected<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut 
     if let Some((miss, hit)) = matrix.row_mut(row) {
         *miss = T::ONE;
         hit.fill(T::ZERO);
-    }
-}
-
-/// Splits what is left of every track between its private detections and none.
-#[inline(always)]
-fn hand_out<T: Real, const TRACKS: usize, const DETS: usize>(
-    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
-    cluster: &Cluster<T, TRACKS, DETS>,
-    partition: &Partition<TRACKS, DETS>,
-) {
-    for ((row, beta), whole) in cluster.tracks.iter().zip(&cluster.vacant).zip(&cluster.whole) {
-        let Some((miss, hit)) = matrix.row_mut(usize::from(*row)) else { return };
-        if !cluster.folded || *whole == *miss {
-            *miss = *beta;
-            continue;
-        }
-        let scale = *beta / *whole;
-        *miss *= scale;
-        hit.iter_mut().zip(partition.shared()).filter(|(_, shared)| !**shared).for_each(|(h, _)| *h *= scale);
     }
 }

@@ -9,6 +9,7 @@ mod jpda;
 mod k_best;
 mod lbp;
 mod matrix;
+mod partition;
 mod scaling;
 mod single;
 mod small;

@@ -1,7 +1,8 @@
-//! The scale of weights before joint association: rows that sum to one, or rows and columns balanced by prices.
+//! The scale of weights before joint association: as they are, rows that sum to one, or rows and columns balanced by prices.
 //!
 //! ```text
-//! plain      hit_tj / Σ, miss_t / Σ over the row: PDA, and all there is to do for a track that shares nothing
+//! as given   1 ≤ Σ = miss_t + Σ_j h_tj ≤ 2²⁰: what four such rows multiply to stays in range
+//! plain      hit_tj / Σ, miss_t / Σ: PDA, and all there is to do for a track that shares nothing
 //! balanced   hit_tj e^{−u_t − v_j},  vacant_t e^{−u_t},  q_j = e^{−v_j}       u, v: prices of the best event (assignment.rs)
 //! ```
 //!
@@ -15,52 +16,64 @@ use super::matrix::{AssociationMatrix, Domain};
 use super::work::count;
 use crate::scalar::{Real, exp, is_finite, larger, ln};
 
+/// Four rows of no larger sum are associated as they are.
+const LARGEST_SUM: f64 = 1_048_576.0;
+
 /// Below this Z, what underflowed could matter.
 #[inline(always)]
 pub(super) fn least<T: Real>() -> T {
     T::EPSILON * T::EPSILON * T::EPSILON * T::EPSILON
 }
 
-/// Scales a row to the sum one: PDA. What is no weight (NaN, negative) counts as zero. `false` where the row spans more
-/// than the precision can, unless a miss is likely: an event with a hit that underflows is then nothing beside the same
-/// event with a miss in its place.
+/// Sums a row. What is no weight (NaN, negative) becomes zero. Returns which of the first 32 hits are above zero, and the sum,
+/// which is from 1 to 2²⁰: another row is scaled to one at once. `None`, and nothing is scaled, where the row spans more than
+/// the precision can, unless a miss is likely: an event with a hit that underflows is then nothing beside the same event with
+/// a miss in its place.
 #[inline(always)]
-pub(super) fn normalise<T: Real, const TRACKS: usize, const DETS: usize>(
-    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
-    row: usize,
-) -> bool {
-    let Some((miss, hit)) = matrix.row_mut(row) else { return true };
-    let (mut sum, mut smallest) = (T::ZERO, T::ONE / T::ZERO);
-    count(2 * hit.len() + 1);
-    for w in hit.iter_mut() {
-        if *w > T::ZERO {
-            sum += *w;
-            if *w < smallest {
-                smallest = *w;
-            }
+pub(super) fn weigh<T: Real>(miss: &mut T, hit: &mut [T]) -> Option<(u32, T)> {
+    count(hit.len());
+    let (mut mask, mut bit, mut sum) = (0, 1u32, T::ZERO);
+    for h in hit.iter_mut() {
+        if *h > T::ZERO {
+            sum += *h;
+            mask |= bit;
         } else {
-            *w = T::ZERO;
+            *h = T::ZERO;
         }
+        bit <<= 1;
     }
-    if sum == T::ZERO && *miss > T::ZERO && is_finite(*miss) {
-        *miss = T::ONE;
-        return true;
+    sum += *miss;
+    if sum >= T::ONE && sum <= T::lit(LARGEST_SUM) && *miss >= sum * T::EPSILON {
+        return Some((mask, sum));
     }
-    if *miss > T::ZERO {
-        sum += *miss;
-        if *miss < smallest {
-            smallest = *miss;
-        }
-    } else {
-        *miss = T::ZERO;
-    }
+    tame(miss, hit).then_some((mask, T::ONE))
+}
+
+/// Scales a row to the sum one, unless it spans too much.
+#[cold]
+#[inline(never)]
+fn tame<T: Real>(miss: &mut T, hit: &mut [T]) -> bool {
+    count(hit.len());
+    *miss = larger(T::ZERO, *miss);
+    let hits = hit.iter().fold(T::ZERO, |sum, h| sum + *h);
+    let sum = hits + *miss;
     let scale = T::ONE / sum;
-    if !(is_finite(sum) && is_finite(scale)) || (smallest * scale < least() && *miss * scale < T::EPSILON) {
+    let lost = |w: T| w > T::ZERO && w * scale < least();
+    if !is_finite(sum * scale) || *miss * scale < T::EPSILON && (lost(*miss) || hit.iter().any(|h| lost(*h))) {
+        // A row of zeros is no event's, whatever its scale.
         return sum == T::ZERO;
     }
-    *miss *= scale;
-    hit.iter_mut().for_each(|h| *h *= scale);
+    normalise(miss, hit, sum);
     true
+}
+
+/// Scales a row to the sum one: PDA.
+pub(super) fn normalise<T: Real>(miss: &mut T, hit: &mut [T], sum: T) {
+    count(hit.len());
+    let scale = T::ONE / sum;
+    // Divided, so that it becomes exactly one where it is all there is.
+    *miss /= sum;
+    hit.iter_mut().for_each(|h| *h *= scale);
 }
 
 /// Whether a logarithm is that of a weight.
@@ -68,16 +81,33 @@ pub(super) fn is_possible<T: Real>(ln_weight: T) -> bool {
     is_finite(allowed(ln_weight))
 }
 
-/// Takes the logarithm of every weight; −∞ of what is none.
+/// Takes the logarithm of every weight, if it is not one already; −∞ of what is none.
 // Out of line: rare, and long beside what is not.
 #[inline(never)]
 pub(super) fn to_logarithms<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut AssociationMatrix<T, TRACKS, DETS>) {
+    let linear = matrix.domain == Domain::Linear;
     for row in 0..TRACKS {
         if let Some((miss, hit)) = matrix.row_mut(row) {
-            core::iter::once(miss).chain(hit).for_each(|w| *w = allowed(ln(*w)));
+            count(hit.len());
+            core::iter::once(miss).chain(hit).for_each(|w| *w = allowed(if linear { ln(*w) } else { *w }));
         }
     }
     matrix.domain = Domain::Logarithmic;
+}
+
+/// Replaces the logarithms of a row by what they are those of, scaled to the sum one.
+// Out of line, as above.
+#[inline(never)]
+pub(super) fn exponentiate<T: Real>(miss: &mut T, hit: &mut [T]) {
+    let largest = hit.iter().fold(*miss, |largest, h| larger(largest, *h));
+    let mut sum = T::ZERO;
+    for w in core::iter::once(&mut *miss).chain(hit.iter_mut()) {
+        *w = if is_finite(*w) { exp(*w - largest) } else { T::ZERO };
+        sum += *w;
+    }
+    if sum > T::ZERO {
+        core::iter::once(miss).chain(hit).for_each(|w| *w /= sum);
+    }
 }
 
 /// Scales rows and columns by the prices of the best event. `None` where no event is possible; otherwise a bound on what the

@@ -16,6 +16,9 @@ pub trait SingleAssociator<T: Real> {
     /// the printed form of the IMM-PDAF, instead of every mode by its own residuals.
     const COMBINED_INNOVATION: bool = false;
 
+    /// Whether β are proportional to the weights: scoring, association and update can then be one pass.
+    const PROPORTIONAL: bool = false;
+
     /// Replaces `hit` by probabilities β_1… and returns β_0. All weights zero give β_0 = 1.
     fn associate(&self, miss: T, hit: &mut [T]) -> T;
 }
@@ -45,6 +48,8 @@ impl<T: Real> SingleAssociator<T> for PrintedPda {
 }
 
 impl<T: Real> SingleAssociator<T> for Pda {
+    const PROPORTIONAL: bool = true;
+
     #[inline(always)]
     fn associate(&self, miss: T, hit: &mut [T]) -> T {
         let mut sum = miss;

@@ -1,108 +1,133 @@
 //! The dense sweep of a small cluster: two, three or four tracks, with every layer an array of all 2^N sets.
 //!
 //! ```text
-//! column i    f(s) ← q_i f(s) + Σ_{t ∈ s} h_ti f(s \ t)
-//! end         b(s) = Π_{t ∉ s} vacant_t,   Z = Σ_s f(s) b(s),   β_t0 = Σ_{s ∌ t} f(s) b(s) / Z
-//! backward    β_ti = h_ti Σ_{s ∌ t} f_i(s) b(s ∪ t) / Z,   b(s) ← q_i b(s) + Σ_{t ∉ s} h_ti b(s ∪ t)
+//! whole_t     miss_t + Σ of the track's private h_tj
+//! column i    f(s) ← f(s) + Σ_{t ∈ s} h_ti f(s \ t)
+//! end         b(s) = Π_{t ∉ s} whole_t,   Z = Σ_s f(s) b(s),   β_t0 = Σ_{s ∌ t} f(s) b(s) / Z, split as whole_t is
+//! backward    β_ti = h_ti Σ_{s ∌ t} f_i(s) b(s ∪ t) / Z,   b(s) ← b(s) + Σ_{t ∉ s} h_ti b(s ∪ t)
 //! ```
 //!
-//! What `sweep.rs` does for any number of open tracks, without opening and closing: the index of a set is the set, all
-//! loops over sets unroll, and most clusters in practice are of this size.
+//! What `sweep.rs` does for any number of open tracks, without opening and closing: the index of a set is the set, and all
+//! loops over sets unroll. Larger sets first, a layer is brought forward in its place, and backward smaller sets first. Most
+//! clusters in practice are of this size, so they are swept straight from the masks of their rows.
 
-use super::cluster::Cluster;
+use super::cluster::bits;
+use super::matrix::AssociationMatrix;
 use super::work::count;
 use crate::scalar::{Real, is_finite};
+use core::array::from_fn;
 
-/// Replaces the weights of a cluster of two to four tracks in `hit` and `cluster.vacant` by marginals, in layers from
-/// `nodes`. `None` where the cluster is larger or the layers do not fit; otherwise Z, and where it is not above `least`
-/// nothing is replaced.
-pub(super) fn marginals<T: Real, const TRACKS: usize, const DETS: usize>(
-    cluster: &mut Cluster<T, TRACKS, DETS>,
-    hit: &mut [[T; DETS]; TRACKS],
+/// Replaces the weights of N `rows` by marginals, in layers from `nodes`. Of the detections, 32 at most, `masks` names those
+/// that each row gates and `shared` those that others gate, too. `false`, and nothing replaced, where Z is not above `least`;
+/// `None` where the layers do not fit.
+#[inline(never)]
+pub(super) fn marginals<T: Real, const TRACKS: usize, const DETS: usize, const N: usize, const SETS: usize>(
+    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+    rows: [usize; N],
+    masks: [u32; N],
+    shared: u32,
     nodes: &mut [T],
     least: T,
-) -> Option<T> {
-    match cluster.tracks.len() {
-        2 => sweep::<T, TRACKS, DETS, 2, 4>(cluster, hit, nodes, least),
-        3 => sweep::<T, TRACKS, DETS, 3, 8>(cluster, hit, nodes, least),
-        4 => sweep::<T, TRACKS, DETS, 4, 16>(cluster, hit, nodes, least),
-        _ => None,
-    }
-}
+) -> Option<bool> {
+    let miss = matrix.miss.get_disjoint_mut(rows).ok()?;
+    let hit = matrix.hit.get_disjoint_mut(rows).ok()?;
+    let columns = masks.iter().fold(0, |all, mask| all | mask) & shared;
+    let later = columns & columns.wrapping_sub(1);
+    let layers = nodes.as_chunks_mut::<SETS>().0.get_mut(..later.count_ones() as usize)?;
+    count(3 * SETS * N * (layers.len() + 2));
 
-fn sweep<T: Real, const TRACKS: usize, const DETS: usize, const N: usize, const SETS: usize>(
-    cluster: &mut Cluster<T, TRACKS, DETS>,
-    hit: &mut [[T; DETS]; TRACKS],
-    nodes: &mut [T],
-    least: T,
-) -> Option<T> {
-    let layers = nodes.as_chunks_mut::<SETS>().0.get_mut(..cluster.columns.len())?;
-    let tracks: [usize; N] = core::array::from_fn(|k| cluster.tracks.get(k).map_or(TRACKS, |t| usize::from(*t)));
-    let rows = hit.get_disjoint_mut(tracks).ok()?;
-    let vacant = cluster.vacant.first_chunk_mut::<N>()?;
-
-    count(3 * SETS * N * (cluster.columns.len() + 1));
+    let mut whole = [T::ZERO; N];
     let mut f = [T::ZERO; SETS];
     f[0] = T::ONE;
-    for (column, layer) in cluster.columns.iter().zip(layers.iter_mut()) {
+    for t in 0..N {
+        whole[t] = bits(masks[t] & !shared).filter_map(|j| hit[t].get(j)).fold(*miss[t], |sum, h| sum + *h);
+        f[with::<SETS>(0, t)] = *hit[t].get(columns.trailing_zeros() as usize)?;
+    }
+    for (j, layer) in bits(later).zip(layers.iter_mut()) {
         *layer = f;
-        if column.unused != T::ONE {
-            f = f.map(|f| f * column.unused);
-        }
-        for t in 0..N {
-            let h = rows[t].get(usize::from(column.det)).copied()?;
-            if h > T::ZERO {
-                for s in 0..SETS {
-                    if s >> t & 1 == 0 {
-                        f[s | 1 << t] += h * layer[s];
-                    }
+        let h: [T; N] = from_fn(|t| hit[t].get(j).copied().unwrap_or(T::ZERO));
+        for s in (1..SETS).rev() {
+            for t in 0..N {
+                if s >> t & 1 == 1 {
+                    f[s] += h[t] * f[without::<SETS>(s, t)];
                 }
             }
         }
     }
+
     let mut b = [T::ONE; SETS];
-    let (mut z, mut missed) = (T::ZERO, [T::ZERO; N]);
-    for s in 0..SETS {
-        for t in 0..N {
+    for (t, whole) in whole.iter().enumerate() {
+        for s in 0..SETS {
             if s >> t & 1 == 0 {
-                b[s] *= vacant[t];
-            }
-        }
-        let weight = f[s] * b[s];
-        z += weight;
-        for t in 0..N {
-            if s >> t & 1 == 0 {
-                missed[t] += weight;
+                b[s] *= *whole;
             }
         }
     }
+    // Summed over one track after the other.
+    let mut sums: [T; SETS] = from_fn(|s| f[s] * b[s]);
+    let mut missed = [T::ZERO; N];
+    for (t, missed) in missed.iter_mut().enumerate().rev() {
+        for s in 0..SETS {
+            if s < 1 << t {
+                *missed += sums[s];
+                sums[s] += sums[with::<SETS>(s, t)];
+            }
+        }
+    }
+    let z = sums[0];
     if z <= least || !is_finite(z) {
-        return Some(z);
+        return Some(false);
     }
     let scale = T::ONE / z;
-    *vacant = missed.map(|m| m * scale);
-    for (column, layer) in cluster.columns.iter_mut().zip(layers.iter()).rev() {
-        let behind = b;
-        if column.unused != T::ONE {
-            b = b.map(|b| b * column.unused);
-        }
+
+    let mut left = columns;
+    for layer in layers.iter().rev() {
+        let j = 31 - left.leading_zeros().min(31) as usize;
+        left ^= 1 << j;
+        let h: [T; N] = from_fn(|t| hit[t].get(j).copied().unwrap_or(T::ZERO));
         for t in 0..N {
-            let h = rows[t].get_mut(usize::from(column.det))?;
-            if *h > T::ZERO {
-                let mut sum = T::ZERO;
-                for s in 0..SETS {
+            if h[t] > T::ZERO {
+                let mut sum = layer[0] * b[with::<SETS>(0, t)];
+                for s in 1..SETS {
                     if s >> t & 1 == 0 {
-                        sum += layer[s] * behind[s | 1 << t];
-                        b[s] += *h * behind[s | 1 << t];
+                        sum += layer[s] * b[with::<SETS>(s, t)];
                     }
                 }
-                *h *= sum * scale;
+                *hit[t].get_mut(j)? = h[t] * sum * scale;
             }
         }
-        if cluster.turned {
-            let sum = layer.iter().zip(&behind).fold(T::ZERO, |sum, (f, b)| sum + *f * *b);
-            column.unused *= sum * scale;
+        for s in 0..SETS {
+            for t in 0..N {
+                if s >> t & 1 == 0 {
+                    b[s] += h[t] * b[with::<SETS>(s, t)];
+                }
+            }
         }
     }
-    Some(z)
+    for t in 0..N {
+        *hit[t].get_mut(left.trailing_zeros() as usize)? *= b[with::<SETS>(0, t)] * scale;
+        let (beta, private) = (missed[t] * scale, masks[t] & !shared);
+        if private == 0 {
+            *miss[t] = beta;
+        } else {
+            let scale = beta / whole[t];
+            *miss[t] *= scale;
+            for j in bits(private) {
+                *hit[t].get_mut(j)? *= scale;
+            }
+        }
+    }
+    Some(true)
+}
+
+/// The set `s` and the track `t`.
+#[inline(always)]
+const fn with<const SETS: usize>(s: usize, t: usize) -> usize {
+    (s | 1 << t) & (SETS - 1)
+}
+
+/// The set `s` but the track `t`.
+#[inline(always)]
+const fn without<const SETS: usize>(s: usize, t: usize) -> usize {
+    s & !(1 << t) & (SETS - 1)
 }
