@@ -1,7 +1,7 @@
 //! Gaussian densities: what a track is made of, how a measurement sees it, and how it is corrected.
 //!
 //! ```text
-//! innovation    G = P H',  S = H G + R,  N(ν; 0, S) = exp(ln_norm − ½ ν' S⁻¹ ν),  ln_norm = −½ ln det 2πS
+//! innovation    G = P H',  S = H G + R,  N(ν; 0, S) = peak · exp(−½ ν' S⁻¹ ν),  peak = 1 / √det 2πS
 //! correction    x ← x + G w,  P ← P − G E G'
 //!   Kalman      w = S⁻¹ ν,            E = S⁻¹
 //!   association w = Σ p_i S_i⁻¹ ν_i,  E = Σ p_i S_i⁻¹ − (Σ p_i w_i w_i' − w w'),  w_i = S_i⁻¹ ν_i
@@ -12,10 +12,11 @@
 //! P − (1 − β₀) K S K' + K (Σ β_i ν_i ν_i' − ν ν') K' (Bar-Shalom, Willett and Tian, *Tracking and Data Fusion*,
 //! 2011, eq. 3.4.2-10) with K taken out on both sides; written this way each detection may bring its own R_i.
 //!
-//! Covariances are symmetric by type. The correction subtracts; [`Gaussian::update_joseph`] only adds positive
-//! terms, at about three times the cost, for measurements far more accurate than the prediction.
+//! Covariances are symmetric by type. The correction subtracts: where the noise is far smaller than what it corrects, rounding
+//! leaves nothing definite of P − G E G'. An innovation knows whether it is so [`sharp`](Innovation::sharp), and
+//! [`Gaussian::update_joseph`] then does what only adds positive terms, at about three times the cost.
 
-use crate::scalar::{Real, exp, is_finite};
+use crate::scalar::{Real, exp2, ln};
 use crate::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
 
@@ -30,8 +31,8 @@ pub struct Gaussian<T, const NX: usize> {
 
 /// A predicted measurement and all that an update needs: S is factorised once, here.
 ///
-/// Where S is not positive definite, the density is zero everywhere (`ln_norm` = −∞) and S⁻¹ = 0, so that a
-/// correction by it changes nothing.
+/// Where S is not positive definite, the density is zero everywhere (`peak` = 0) and S⁻¹ = 0, so that a correction by it
+/// changes nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Innovation<T, const NX: usize, const NZ: usize> {
     /// ẑ, the predicted measurement
@@ -42,6 +43,9 @@ pub struct Innovation<T, const NX: usize, const NZ: usize> {
     pub spread: Symmetric<T, NZ>,
     /// S⁻¹ and the normalisation of the density
     pub density: ResidualDensity<T, NZ>,
+    /// Whether a variance of the noise is below 2¹³ ε of that of the predicted measurement (10⁻³ in single precision):
+    /// corrections that subtract may then leave a covariance that is not definite
+    pub sharp: bool,
 }
 
 /// The zero-mean Gaussian density of a residual.
@@ -49,8 +53,10 @@ pub struct Innovation<T, const NX: usize, const NZ: usize> {
 pub struct ResidualDensity<T, const NZ: usize> {
     /// S⁻¹
     pub s_inv: Symmetric<T, NZ>,
-    /// ln of the density at zero, −½ ln det 2πS
-    pub ln_norm: T,
+    /// The density at zero, 1 / √det 2πS
+    pub peak: T,
+    /// The first variance in S: no residual inside a gate γ has a first coordinate beyond √(γ S₁₁)
+    pub first: T,
 }
 
 /// A correction of a Gaussian in measurement space: w and E of the module's equations.
@@ -67,17 +73,15 @@ impl<T: Real, const NZ: usize> ResidualDensity<T, NZ> {
     #[inline(always)]
     #[must_use]
     pub fn new(s: &Symmetric<T, NZ>) -> Self {
-        match s.inverse() {
-            Some(inverse) => Self { s_inv: inverse.matrix, ln_norm: (inverse.ln_det + T::LN_2PI * T::from_count(NZ)) * T::lit(-0.5) },
-            None => Self { s_inv: Symmetric::zeros(), ln_norm: -T::ONE / T::ZERO },
-        }
+        let inverse = s.inverse();
+        Self { s_inv: inverse.matrix, peak: inverse.root * unit_peak::<T, NZ>(), first: s.upper()[0][0] }
     }
 
     /// Whether S was positive definite.
     #[inline(always)]
     #[must_use]
     pub fn is_proper(&self) -> bool {
-        is_finite(self.ln_norm)
+        self.peak > T::ZERO
     }
 
     /// The normalised innovation squared ν' S⁻¹ ν.
@@ -87,19 +91,42 @@ impl<T: Real, const NZ: usize> ResidualDensity<T, NZ> {
         dot(&nu.data.0[0], &self.s_inv.times(&nu.data.0[0]))
     }
 
+    /// N(ν; 0, S).
+    #[inline(always)]
+    #[must_use]
+    pub fn at(&self, nu: &SVector<T, NZ>) -> T {
+        self.of_square(self.nis(nu))
+    }
+
+    /// The density where ν' S⁻¹ ν is `nis`.
+    #[inline(always)]
+    #[must_use]
+    pub fn of_square(&self, nis: T) -> T {
+        self.peak * exp2(T::lit(-0.5 * core::f64::consts::LOG2_E) * nis)
+    }
+
     /// ln N(ν; 0, S).
     #[inline(always)]
     #[must_use]
     pub fn ln_at(&self, nu: &SVector<T, NZ>) -> T {
-        self.ln_norm - T::lit(0.5) * self.nis(nu)
+        ln(self.peak) - T::lit(0.5) * self.nis(nu)
     }
 
     /// √det S.
     #[must_use]
     pub fn root_det(&self) -> T {
-        exp(T::lit(-0.5) * T::LN_2PI * T::from_count(NZ) - self.ln_norm)
+        unit_peak::<T, NZ>() / self.peak
     }
 }
+
+/// (2π)^{−NZ/2}: the density of NZ standard normal numbers at zero.
+#[inline(always)]
+pub(crate) fn unit_peak<T: Real, const NZ: usize>() -> T {
+    (0..NZ).fold(T::ONE, |product, _| product * T::lit(0.398_942_280_401_432_7))
+}
+
+/// Noise below this many roundings of what it corrects is sharp.
+const SHARP: f64 = 8192.0;
 
 impl<T: Real, const NX: usize, const NZ: usize> Innovation<T, NX, NZ> {
     /// From the predicted measurement, G = P H', H P H' and the noise R.
@@ -107,7 +134,8 @@ impl<T: Real, const NX: usize, const NZ: usize> Innovation<T, NX, NZ> {
     #[must_use]
     pub fn new(z_hat: SVector<T, NZ>, cross: SMatrix<T, NX, NZ>, spread: Symmetric<T, NZ>, noise: &Symmetric<T, NZ>) -> Self {
         let density = ResidualDensity::new(&spread.plus(noise));
-        Self { z_hat, cross, spread, density }
+        let sharp = noise_is_sharp(&spread, noise);
+        Self { z_hat, cross, spread, density, sharp }
     }
 
     /// The gain K = G S⁻¹. For inspection: no filter of this library needs it.
@@ -122,6 +150,13 @@ impl<T: Real, const NX: usize, const NZ: usize> Innovation<T, NX, NZ> {
     pub fn correction(&self, nu: &SVector<T, NZ>) -> Correction<T, NZ> {
         Correction { w: self.density.s_inv.times(&nu.data.0[0]), e: self.density.s_inv }
     }
+}
+
+/// Whether a variance of the noise is sharp beside that of the predicted measurement.
+#[inline(always)]
+pub(crate) fn noise_is_sharp<T: Real, const NZ: usize>(spread: &Symmetric<T, NZ>, noise: &Symmetric<T, NZ>) -> bool {
+    let share = T::EPSILON * T::lit(SHARP);
+    (0..NZ).fold(false, |sharp, k| sharp | (noise.upper()[k][k] < share * spread.upper()[k][k]))
 }
 
 impl<T: Real, const NX: usize> Gaussian<T, NX> {
@@ -144,42 +179,37 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
         let g = &cross.data.0;
         let p = self.cov.upper_mut();
         // G E, and the variances first. The flaw is zero while all is well, positive or NaN otherwise.
-        let mut flaw = by.w.iter().fold(T::ZERO, |sum, w| sum + *w) * T::ZERO;
-        let mut ge = [[T::ZERO; NZ]; NX];
-        let mut variance = [T::ZERO; NX];
-        for i in 0..NX {
-            for k in 0..NZ {
-                let mut v = g[0][i] * by.e.at(0, k);
-                for l in 1..NZ {
-                    v += g[l][i] * by.e.at(l, k);
-                }
-                ge[i][k] = v;
-            }
-            let mut v = ge[i][0] * g[0][i];
-            for k in 1..NZ {
-                v += ge[i][k] * g[k][i];
-            }
-            variance[i] = p[i][i] - v;
-            flaw += variance[i].abs() - variance[i];
-        }
+        let rows: [[T; NZ]; NX] = core::array::from_fn(|i| core::array::from_fn(|k| g[k][i]));
+        let ge = rows.each_ref().map(|row| by.e.times(row));
+        let taken: [T; NX] = core::array::from_fn(|i| dot(&ge[i], &rows[i]));
+        let variance: [T; NX] = core::array::from_fn(|i| p[i][i] - taken[i]);
+        let flaws = variance.map(|v| v.abs() - v);
+        let flaw = flaws.iter().fold(by.w.iter().fold(T::ZERO, |sum, w| sum + *w) * T::ZERO, |sum, flaw| sum + *flaw);
         if flaw != T::ZERO {
             return false;
         }
+        let moved: [T; NX] = core::array::from_fn(|i| dot(&rows[i], &by.w));
         for i in 0..NX {
-            let mut gw = g[0][i] * by.w[0];
-            for k in 1..NZ {
-                gw += g[k][i] * by.w[k];
-            }
-            self.mean.data.0[0][i] += gw;
-            p[i][i] = variance[i];
-            for j in i + 1..NX {
-                let mut v = ge[i][0] * g[0][j];
-                for k in 1..NZ {
-                    v += ge[i][k] * g[k][j];
-                }
-                p[i][j] -= v;
-            }
+            self.mean.data.0[0][i] += moved[i];
         }
+        unrolled!(for i in NX {
+            p[i][i] = variance[i];
+            let (mut taken, mut product) = ([T::ZERO; NX], [T::ZERO; NX]);
+            for j in i + 1..NX {
+                taken[j] = ge[i][0] * rows[j][0];
+            }
+            for k in 1..NZ {
+                for j in i + 1..NX {
+                    product[j] = ge[i][k] * rows[j][k];
+                }
+                for j in i + 1..NX {
+                    taken[j] += product[j];
+                }
+            }
+            for j in i + 1..NX {
+                p[i][j] -= taken[j];
+            }
+        });
         true
     }
 
@@ -201,14 +231,29 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
         nu: &SVector<T, NZ>,
     ) -> bool {
         let gain = innovation.gain();
-        let keep = SMatrix::<T, NX, NX>::identity() - gain * h;
-        let cov = keep * self.cov.to_matrix() * keep.transpose() + gain * noise.to_matrix() * gain.transpose();
-        let updated = Self::new(self.mean + gain * nu, Symmetric::from_matrix(&cov));
-        let valid = updated.cov.has_valid_variances() && updated.mean.iter().all(|v| v.is_finite());
+        let cov = self.joseph(&gain, h, noise);
+        self.replace(self.mean + gain * nu, &cov)
+    }
+
+    /// Becomes N(`mean`, `cov`). Where that has no finite variances, or negative ones, nothing changes and the answer is `false`.
+    pub(crate) fn replace(&mut self, mean: SVector<T, NX>, cov: &SMatrix<T, NX, NX>) -> bool {
+        let new = Self::new(mean, Symmetric::from_matrix(cov));
+        let valid = new.cov.has_valid_variances() && new.mean.iter().all(|v| v.is_finite());
         if valid {
-            *self = updated;
+            *self = new;
         }
         valid
+    }
+
+    /// (I − K H) P (I − K H)' + K R K'
+    pub(crate) fn joseph<const NZ: usize>(
+        &self,
+        gain: &SMatrix<T, NX, NZ>,
+        h: &SMatrix<T, NZ, NX>,
+        noise: &Symmetric<T, NZ>,
+    ) -> SMatrix<T, NX, NX> {
+        let keep = SMatrix::<T, NX, NX>::identity() - gain * h;
+        keep * self.cov.to_matrix() * keep.transpose() + gain * noise.to_matrix() * gain.transpose()
     }
 
     /// The mean and covariance of the mixture Σ `weights[i]` · `components[i]`, weights summing to one, from

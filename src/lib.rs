@@ -82,11 +82,12 @@
 //!
 //! # What it promises
 //!
-//! - **No panic, no heap, no `unsafe`.** Bad configuration does not compile or returns a [`ConfigError`](error::ConfigError).
-//!   A scan that is not finite or goes back in time returns a [`ScanError`](error::ScanError) and changes nothing.
+//! - **No panic, no heap,** and no `unsafe` but for one instruction, the square root of the FPU. Bad configuration does not
+//!   compile or returns a [`ConfigError`](error::ConfigError). A scan that is not finite or goes back in time returns a
+//!   [`ScanError`](error::ScanError) and changes nothing.
 //! - **Load is data.** A full tracker drops by a stated rule and counts it in the [`Report`](scan::Report); joint events that
 //!   are given up are reported with a bound on what that changes. Loops are bounded by the const parameters.
-//! - **Single precision holds.** Covariances are symmetric by type and formed from deviations, weights in the log domain;
+//! - **Single precision holds.** Covariances are symmetric by type and formed from deviations, likelihoods relative where they would underflow;
 //!   a correction that would break a covariance is refused and counted, and the second one deletes that track only.
 //! - **Sensors differ, tracks do not.** The dimension of a measurement belongs to a step and its sensor; radars, direction
 //!   finders and cameras feed the same tracks, at any times that do not go back.
@@ -94,6 +95,9 @@
 //! Work near a local origin: in `f32` a coordinate beyond 1e5 m has a resolution of centimetres.
 #![no_std]
 #![deny(unsafe_code, missing_docs)]
+
+#[macro_use]
+mod unrolled;
 
 pub mod association;
 pub mod error;

@@ -56,6 +56,12 @@ impl<T: Real, const NZ: usize> Detection<T, NZ> {
         Self { offset, ..self }
     }
 
+    /// Whether it has its sensor's noise and the time of its scan.
+    #[inline(always)]
+    pub(crate) fn is_plain(&self) -> bool {
+        self.noise.is_none() && self.offset == Duration::ZERO
+    }
+
     fn check(&self) -> Result<(), ScanError> {
         if !(self.z.iter().all(|v| v.is_finite()) && self.amplitude.is_none_or(|a| a.is_finite())) {
             return Err(ScanError::DetectionNotFinite);

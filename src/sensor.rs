@@ -28,6 +28,11 @@ pub trait Sensor<T: Real, const NX: usize, const NZ: usize> {
     fn p_detect(&self, x: &SVector<T, NX>) -> T;
     /// The clutter at the measurement `z`.
     fn clutter(&self, z: &SVector<T, NZ>) -> Clutter<T>;
+    /// The clutter where it is the same at every measurement: nothing is then asked for every detection.
+    #[inline(always)]
+    fn uniform_clutter(&self) -> Option<Clutter<T>> {
+        None
+    }
     /// The validation gate.
     fn gate(&self) -> &Gate<T>;
 }
@@ -79,6 +84,10 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
     #[inline(always)]
     fn clutter(&self, _z: &SVector<T, NZ>) -> Clutter<T> {
         self.clutter
+    }
+    #[inline(always)]
+    fn uniform_clutter(&self) -> Option<Clutter<T>> {
+        Some(self.clutter)
     }
     #[inline(always)]
     fn gate(&self) -> &Gate<T> {

@@ -8,7 +8,7 @@
 //! factor     P = L L' (Cholesky), a zero pivot gives a zero column: P may be semi-definite
 //! ```
 
-use crate::scalar::{Real, is_finite, ln, sqrt};
+use crate::scalar::{Real, inverse_sqrt, is_finite, is_invertible, sqrt};
 use nalgebra::SMatrix;
 
 /// A symmetric N × N matrix.
@@ -17,13 +17,13 @@ pub struct Symmetric<T, const N: usize> {
     upper: [[T; N]; N],
 }
 
-/// S⁻¹ and ln det S of a positive definite matrix.
+/// S⁻¹ and the root of its determinant; both zero where S is not positive definite.
 #[derive(Clone, Copy, Debug)]
 pub struct Inverse<T, const N: usize> {
     /// S⁻¹
     pub matrix: Symmetric<T, N>,
-    /// ln det S
-    pub ln_det: T,
+    /// 1 / √det S
+    pub root: T,
 }
 
 impl<T: Real, const N: usize> Symmetric<T, N> {
@@ -102,13 +102,15 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     #[inline(always)]
     #[must_use]
     pub fn times(&self, v: &[T; N]) -> [T; N] {
-        core::array::from_fn(|i| {
-            let mut sum = self.at(i, 0) * v[0];
-            for j in 1..N {
-                sum += self.at(i, j) * v[j];
+        // Column by column: no product is used at once, which the pipeline of a small core would wait for.
+        let mut sum: [T; N] = core::array::from_fn(|i| self.at(i, 0) * v[0]);
+        for j in 1..N {
+            let column: [T; N] = core::array::from_fn(|i| self.at(i, j) * v[j]);
+            for i in 0..N {
+                sum[i] += column[i];
             }
-            sum
-        })
+        }
+        sum
     }
 
     /// Whether every entry, and their sum, is finite.
@@ -145,69 +147,59 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     /// Whether the matrix is positive definite.
     #[must_use]
     pub fn is_definite(&self) -> bool {
-        self.inverse().is_some()
+        self.inverse().root > T::ZERO
     }
 
-    /// S⁻¹ and ln det S, or `None` where S is not positive definite (or not finite).
+    /// S⁻¹ and 1 / √det S; both zero where S is not positive definite, or its determinant beyond the precision. Where S is not
+    /// finite the root is zero, and the matrix no number.
     ///
     /// The closed forms up to N = 3 do not mind mixed units: scaling a row and its column scales every product alike.
     #[inline(always)]
     #[must_use]
-    pub fn inverse(&self) -> Option<Inverse<T, N>> {
+    pub fn inverse(&self) -> Inverse<T, N> {
         let s = &self.upper;
-        let (det, matrix) = if N == 1 {
-            let det = s[0][0];
-            (det, Self::from_fn(|_, _| T::ONE / det))
+        if N == 1 {
+            let (scale, root) = reciprocals(true, s[0][0]);
+            Inverse { matrix: Self::from_fn(|_, _| scale), root }
         } else if N == 2 {
             let (a, b, c) = (s[0][0], s[0][1], s[1][1]);
-            let det = a * c - b * b;
-            let scale = T::ONE / det;
-            let m = Self::from_fn(|i, j| {
-                if i != j {
-                    -b * scale
-                } else if i == 0 {
-                    c * scale
-                } else {
-                    a * scale
-                }
-            });
-            (if a > T::ZERO { det } else { -T::ONE }, m)
+            let (scale, root) = reciprocals(a > T::ZERO, a * c - b * b);
+            let adjugate = [[c, -b], [T::ZERO, a]];
+            Inverse { matrix: Self::from_fn(|i, j| adjugate[i][j] * scale), root }
         } else if N == 3 {
             let (a, b, c, d, e, f) = (s[0][0], s[0][1], s[0][2], s[1][1], s[1][2], s[2][2]);
             let (c00, c01, c02) = (d * f - e * e, c * e - b * f, b * e - c * d);
             let (c11, c12, c22) = (a * f - c * c, b * c - a * e, a * d - b * b);
-            let det = a * c00 + b * c01 + c * c02;
-            let scale = T::ONE / det;
-            let adjugate = [[c00, c01, c02], [c01, c11, c12], [c02, c12, c22]];
-            let definite = a > T::ZERO && c22 > T::ZERO;
-            (if definite { det } else { -T::ONE }, Self::from_fn(|i, j| adjugate[i][j] * scale))
+            let (scale, root) = reciprocals(a > T::ZERO && c22 > T::ZERO, a * c00 + b * c01 + c * c02);
+            let adjugate = [[c00, c01, c02], [T::ZERO, c11, c12], [T::ZERO, T::ZERO, c22]];
+            Inverse { matrix: Self::from_fn(|i, j| adjugate[i][j] * scale), root }
         } else {
-            return self.inverse_by_factors();
-        };
-        if det > T::ZERO && is_finite(det) && matrix.is_finite() { Some(Inverse { matrix, ln_det: ln(det) }) } else { None }
+            self.inverse_by_factors().unwrap_or(Inverse { matrix: Self::zeros(), root: T::ZERO })
+        }
     }
 
     /// The general case: S = L D L', then S⁻¹ = Σ_k (row k of L⁻¹)' (row k of L⁻¹) / d_k.
     fn inverse_by_factors(&self) -> Option<Inverse<T, N>> {
         let mut l = [[T::ZERO; N]; N];
         let mut d = [T::ZERO; N];
-        let mut ln_det = T::ZERO;
+        let mut root = T::ONE;
         for j in 0..N {
             let mut pivot = self.upper[j][j];
             for k in 0..j {
                 pivot -= l[j][k] * l[j][k] * d[k];
             }
-            if !(pivot > T::ZERO && pivot.is_finite()) {
+            let (scale, inverse_root) = reciprocals(true, pivot);
+            if scale == T::ZERO {
                 return None;
             }
             d[j] = pivot;
-            ln_det += ln(pivot);
+            root *= inverse_root;
             for i in j + 1..N {
                 let mut v = self.upper[j][i];
                 for k in 0..j {
                     v -= l[i][k] * l[j][k] * d[k];
                 }
-                l[i][j] = v / pivot;
+                l[i][j] = v * scale;
             }
         }
         // L⁻¹ by forward substitution, in place below the unit diagonal.
@@ -228,7 +220,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
             }
             sum
         });
-        matrix.is_finite().then_some(Inverse { matrix, ln_det })
+        matrix.is_finite().then_some(Inverse { matrix, root })
     }
 
     /// The lower triangular L with S = L L', or `None` where S has a negative pivot or is not finite.
@@ -268,6 +260,12 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     }
 }
 
+/// 1 / x and 1 / √x of a positive number, both of full precision; zeros for others, or where not `definite`.
+#[inline(always)]
+fn reciprocals<T: Real>(definite: bool, x: T) -> (T, T) {
+    if definite && is_invertible(x) { (T::ONE / x, inverse_sqrt(x)) } else { (T::ZERO, T::ZERO) }
+}
+
 impl<T: PartialEq, const N: usize> PartialEq for Symmetric<T, N> {
     fn eq(&self, other: &Self) -> bool {
         (0..N).all(|i| (i..N).all(|j| self.upper[i][j] == other.upper[i][j]))
@@ -286,12 +284,12 @@ mod tests {
 
     fn check<const N: usize>(entries: &[f64]) -> Result<(), TestCaseError> {
         let s = definite::<N>(entries, 0.1);
-        let inverse = s.inverse().ok_or_else(|| TestCaseError::fail("not inverted"))?;
+        let inverse = s.inverse();
         let one = s.to_matrix() * inverse.matrix.to_matrix();
         prop_assert!((one - SMatrix::identity()).abs().max() < 1e-9);
         let factor = s.to_matrix().cholesky().ok_or_else(|| TestCaseError::fail("no factor"))?;
-        let ln_det: f64 = (0..N).map(|i| 2.0 * libm::log(factor.l()[(i, i)])).sum();
-        prop_assert!((inverse.ln_det - ln_det).abs() < 1e-9);
+        let root: f64 = (0..N).map(|i| factor.l()[(i, i)]).product();
+        prop_assert!((inverse.root * root - 1.0).abs() < 1e-9);
         let l = s.cholesky().ok_or_else(|| TestCaseError::fail("no factor"))?;
         let l = SMatrix::<f64, N, N>::from_fn(|i, j| l[i][j]);
         prop_assert!((l * l.transpose() - s.to_matrix()).abs().max() < 1e-12 * (1.0 + s.to_matrix().abs().max()));
@@ -311,16 +309,18 @@ mod tests {
 
     #[test]
     fn indefinite_and_broken_matrices_are_refused() {
-        let indefinite = Symmetric::<f64, 2>::from_fn(|i, j| if i == j { 1.0 } else { 2.0 });
-        assert!(indefinite.inverse().is_none() && indefinite.cholesky().is_none());
-        let negative = Symmetric::<f64, 2>::from_diagonal([-1.0, -1.0]);
-        assert!(negative.inverse().is_none());
-        let mixed = Symmetric::<f64, 3>::from_diagonal([-1.0, -1.0, 1.0]);
-        assert!(mixed.inverse().is_none());
-        let infinite = Symmetric::<f32, 2>::from_diagonal([f32::INFINITY, 1.0]);
-        assert!(infinite.inverse().is_none() && infinite.cholesky().is_none());
-        let nan = Symmetric::<f32, 4>::from_diagonal([1.0, f32::NAN, 1.0, 1.0]);
-        assert!(nan.inverse().is_none() && nan.cholesky().is_none());
+        fn refused<T: Real, const N: usize>(s: Symmetric<T, N>) -> bool {
+            let inverse = s.inverse();
+            let nothing = inverse.matrix == Symmetric::zeros() || !s.is_finite();
+            nothing && inverse.root == T::ZERO && s.cholesky().is_none()
+        }
+        assert!(refused(Symmetric::<f64, 2>::from_fn(|i, j| if i == j { 1.0 } else { 2.0 })));
+        assert!(refused(Symmetric::<f64, 2>::from_diagonal([-1.0, -1.0])));
+        assert!(refused(Symmetric::<f64, 3>::from_diagonal([-1.0, -1.0, 1.0])));
+        assert!(refused(Symmetric::<f32, 1>::from_diagonal([f32::INFINITY])));
+        assert!(refused(Symmetric::<f32, 2>::from_diagonal([f32::INFINITY, 1.0])));
+        assert!(refused(Symmetric::<f32, 3>::from_diagonal([1.0, f32::NAN, 1.0])));
+        assert!(refused(Symmetric::<f32, 4>::from_diagonal([1.0, f32::NAN, 1.0, 1.0])));
     }
 
     #[test]

@@ -10,6 +10,7 @@
 //! from q = β_0 / e_r and m = 0, which ends in x + m: the same mixture, by terms that do not cancel. All of it is out of
 //! line: scans without offsets pay for one look at their detections.
 
+use super::apart::{ln_mixture, shares};
 use super::{Evidence, Innovations};
 use crate::gaussian::{Correction, Gaussian, Innovation};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
@@ -21,10 +22,36 @@ use crate::sensor::Sensor;
 use crate::symmetric::Symmetric;
 use nalgebra::SVector;
 
-impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
-    /// Gates the detections numbered `candidates` by the mode `widest`, and writes ln L of those in the gate.
-    #[inline(never)]
-    pub(super) fn gate_at_their_times<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize>(
+/// How the predicted measurements of all modes move with time.
+struct Drifts<'a, T, M, const NX: usize, const NZ: usize, const MODES: usize> {
+    model: &'a M,
+    innovations: &'a Innovations<T, NX, NZ, MODES>,
+    drifts: [Drift<T, NX, NZ>; MODES],
+}
+
+impl<'a, T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize> Drifts<'a, T, M, NX, NZ, MODES> {
+    fn new(model: &'a M, bank: &ModeBank<T, NX, MODES>, innovations: &'a Innovations<T, NX, NZ, MODES>) -> Self {
+        Self { model, innovations, drifts: core::array::from_fn(|r| Drift::new(model, &bank.modes[r], &innovations[r])) }
+    }
+
+    /// The predicted measurement of mode r at the time of `detection`, with its own noise or the sensor's, and the residual.
+    fn seen(&self, r: usize, detection: &Detection<T, NZ>) -> (Innovation<T, NX, NZ>, SVector<T, NZ>) {
+        let seen = self.drifts[r].seen(&self.innovations[r], detection.offset.as_secs(), detection.noise.as_ref());
+        let nu = self.model.residual(&detection.z, &seen.z_hat);
+        (seen, nu)
+    }
+
+    fn ln_likelihoods(&self, detection: &Detection<T, NZ>) -> [T; MODES] {
+        core::array::from_fn(|r| {
+            let (seen, nu) = self.seen(r, detection);
+            seen.density.ln_at(&nu)
+        })
+    }
+}
+
+impl<T: Real, const DETS: usize> Evidence<T, DETS> {
+    /// Gates the detections numbered `candidates` by the mode `widest`.
+    pub(super) fn gate_at_their_times<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
         innovations: &Innovations<T, NX, NZ, MODES>,
@@ -33,72 +60,95 @@ impl<T: Real, const MODES: usize, const DETS: usize> Evidence<T, MODES, DETS> {
         candidates: &[u16],
         widest: usize,
     ) {
-        let model = sensor.model();
-        let drifts: [_; MODES] = core::array::from_fn(|r| Drift::new(model, &bank.modes[r], &innovations[r]));
+        let drifts = Drifts::new(sensor.model(), bank, innovations);
         for &number in candidates {
-            let Some(detection) = detections.get(usize::from(number)) else { continue };
-            let modes = innovations.iter().zip(&drifts);
-            // The density of the residual under one mode, and the residual.
-            let under = |(innovation, drift)| {
-                let s = seen(drift, innovation, detection);
-                (s.density, model.residual(&detection.z, &s.z_hat))
-            };
-            if let Some((density, nu)) = modes.clone().nth(widest).map(under)
-                && density.is_proper()
-                && density.nis(&nu) <= sensor.gate().threshold()
-                && let Some(row) = self.admit(number)
-            {
-                for (ln_l, (density, nu)) in row.iter_mut().zip(modes.map(under)) {
-                    *ln_l = density.ln_at(&nu);
-                }
+            let Some(detection) = detections.get(usize::from(number)) else { break };
+            let (seen, nu) = drifts.seen(widest.min(MODES - 1), detection);
+            let inside = seen.density.is_proper() && seen.density.nis(&nu) <= sensor.gate().threshold();
+            if inside && self.gated.push(number).is_err() {
+                break;
             }
         }
     }
 
-    /// e_r, and whether mode r took the association update by detections with times of their own.
-    #[inline(never)]
-    pub(super) fn correct_one_by_one<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
-        &self,
-        r: usize,
-        beta_0: T,
-        mode: &mut Gaussian<T, NX>,
-        innovation: &Innovation<T, NX, NZ>,
+    /// Writes ln M of the gated detections.
+    pub(super) fn mixtures_at_their_times<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+        &mut self,
+        bank: &ModeBank<T, NX, MODES>,
+        innovations: &Innovations<T, NX, NZ, MODES>,
         model: &M,
         detections: &[Detection<T, NZ>],
-    ) -> (T, bool) {
-        let weighed = self.gated.iter().zip(&self.likelihood).zip(&self.hit).map(|((number, likelihood), q)| (number, *q * likelihood[r]));
-        let evidence = weighed.clone().fold(beta_0, |sum, (_, p)| sum + p);
-        if !evidence.is_finite() || evidence <= T::lit(LEAST_PROBABILITY) {
-            return (evidence, true);
+    ) {
+        let drifts = Drifts::new(model, bank, innovations);
+        for (number, hit) in self.gated.iter().zip(&mut self.hit) {
+            let Some(detection) = detections.get(usize::from(*number)) else { break };
+            *hit = ln_mixture(&bank.prob, &drifts.ln_likelihoods(detection));
         }
-        let drift = Drift::new(model, mode, innovation);
-        let mut corrected = *mode;
-        let (mut q, mut m) = (beta_0 / evidence, SVector::<T, NX>::zeros());
-        for (number, p) in weighed {
-            let p = p / evidence;
-            let Some(detection) = detections.get(usize::from(*number)).filter(|_| p > T::ZERO) else { continue };
-            let seen = seen(&drift, innovation, detection);
-            let s_inv = &seen.density.s_inv;
-            let d = seen.cross * SVector::from(s_inv.times(&model.residual(&detection.z, &seen.z_hat).data.0[0])) - m;
-            let share = p / (q + p);
-            let known = Correction { w: [T::ZERO; NZ], e: Symmetric::from_fn(|k, l| p * s_inv.upper()[k][l]) };
-            let apart = Correction { w: [share], e: Symmetric::from_diagonal([-q * share]) };
-            if !(corrected.correct(&seen.cross, &known) && corrected.correct(&d, &apart)) {
-                return (evidence, false);
+    }
+
+    /// Updates the modes by one detection after the other. Returns how many modes refused.
+    pub(super) fn absorb_at_their_times<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+        &self,
+        beta_0: T,
+        bank: &mut ModeBank<T, NX, MODES>,
+        innovations: &Innovations<T, NX, NZ, MODES>,
+        model: &M,
+        detections: &[Detection<T, NZ>],
+    ) -> u16 {
+        let drifts = Drifts::new(model, bank, innovations);
+        let shares = |number: u16, beta: T| {
+            let detection = detections.get(usize::from(number))?;
+            Some((detection, shares(&bank.prob, beta, &drifts.ln_likelihoods(detection))))
+        };
+        let weighed = || self.gated.iter().zip(&self.hit).filter_map(|(number, beta)| shares(*number, *beta));
+        let mut evidence = [beta_0; MODES];
+        for (_, shares) in weighed() {
+            for r in 0..MODES {
+                evidence[r] += shares[r];
             }
-            (q, m) = (q + p, m + d * share);
         }
-        *mode = corrected;
-        (evidence, true)
+        let mut resets = 0;
+        let mut corrected = bank.modes;
+        for r in 0..MODES {
+            if !(evidence[r].is_finite() && evidence[r] > T::lit(LEAST_PROBABILITY)) {
+                continue;
+            }
+            let mut mixture = Growing { g: corrected[r], q: beta_0 / evidence[r], m: SVector::zeros() };
+            let kept = weighed().all(|(detection, shares)| {
+                let (seen, nu) = drifts.seen(r, detection);
+                mixture.add(shares[r] / evidence[r], &seen, &nu)
+            });
+            if kept {
+                corrected[r] = mixture.g;
+            }
+            resets += u16::from(!kept);
+        }
+        bank.modes = corrected;
+        bank.weigh(&evidence);
+        resets
     }
 }
 
-/// The predicted measurement at the time of `detection`, with its own noise or the sensor's.
-#[inline(always)]
-fn seen<T: Real, const NX: usize, const NZ: usize>(
-    drift: &Drift<T, NX, NZ>,
-    innovation: &Innovation<T, NX, NZ>,
-    detection: &Detection<T, NZ>,
-) -> Innovation<T, NX, NZ> {
-    drift.seen(innovation, detection.offset.as_secs(), detection.noise.as_ref())
+/// A mixture of the prediction and of its updates by some detections, as one Gaussian but for its mean, which is m off.
+struct Growing<T, const NX: usize> {
+    g: Gaussian<T, NX>,
+    q: T,
+    m: SVector<T, NX>,
+}
+
+impl<T: Real, const NX: usize> Growing<T, NX> {
+    /// One more detection of weight p. `false` where that would break the covariance.
+    fn add<const NZ: usize>(&mut self, p: T, seen: &Innovation<T, NX, NZ>, nu: &SVector<T, NZ>) -> bool {
+        if p <= T::ZERO {
+            return true;
+        }
+        let s_inv = &seen.density.s_inv;
+        let d = seen.cross * SVector::from(s_inv.times(&nu.data.0[0])) - self.m;
+        let share = p / (self.q + p);
+        let known = Correction { w: [T::ZERO; NZ], e: Symmetric::from_fn(|k, l| p * s_inv.upper()[k][l]) };
+        let apart = Correction { w: [share], e: Symmetric::from_diagonal([-self.q * share]) };
+        let kept = self.g.correct(&seen.cross, &known) && self.g.correct(&d, &apart);
+        (self.q, self.m) = (self.q + p, self.m + d * share);
+        kept
+    }
 }

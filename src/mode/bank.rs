@@ -16,7 +16,7 @@
 use super::ModeSet;
 use crate::error::ConfigError;
 use crate::gaussian::Gaussian;
-use crate::scalar::Real;
+use crate::scalar::{Real, is_finite};
 
 /// π: `rows[from][to]` is the probability of the mode `to` after one scan in the mode `from`.
 pub type JumpMatrix<T, const MODES: usize> = [[T; MODES]; MODES];
@@ -111,13 +111,20 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         for a in 0..NX {
             for b in a..NX {
                 let first = self.modes[0].cov.upper()[a][b];
-                let n: [T; MODES] = core::array::from_fn(|i| self.modes[i].cov.upper()[a][b] - first + d[i][a] * d[i][b]);
-                for j in 0..MODES {
-                    let mut v = first - bar[j][a] * bar[j][b];
-                    for i in 1..MODES {
-                        v += weight[j][i] * n[i];
+                // In stages, so that no result is used at once: the pipeline of a small core would wait.
+                let dd: [T; MODES] = core::array::from_fn(|i| d[i][a] * d[i][b]);
+                let n: [T; MODES] = core::array::from_fn(|i| self.modes[i].cov.upper()[a][b] - first);
+                let n: [T; MODES] = core::array::from_fn(|i| n[i] + dd[i]);
+                let dd: [T; MODES] = core::array::from_fn(|j| bar[j][a] * bar[j][b]);
+                let mut v = dd.map(|dd| first - dd);
+                for i in 1..MODES {
+                    let wn: [T; MODES] = core::array::from_fn(|j| weight[j][i] * n[i]);
+                    for j in 0..MODES {
+                        v[j] += wn[j];
                     }
-                    self.modes[j].cov.upper_mut()[a][b] = v;
+                }
+                for j in 0..MODES {
+                    self.modes[j].cov.upper_mut()[a][b] = v[j];
                 }
             }
         }
@@ -144,25 +151,54 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
     #[must_use]
     pub fn combined(&self) -> Gaussian<T, NX> {
         let d = self.deviations();
-        let mut out = self.modes[0];
+        let mut out = Gaussian::ZERO;
         let mut bar = [T::ZERO; NX];
         for k in 0..NX {
             for i in 1..MODES {
                 bar[k] += self.prob[i] * d[i][k];
             }
-            out.mean.data.0[0][k] += bar[k];
+            out.mean.data.0[0][k] = self.modes[0].mean.data.0[0][k] + bar[k];
         }
-        for a in 0..NX {
+        // All products, then all sums: no result is used at once, which the pipeline of a small core would wait for.
+        unrolled!(for a in NX {
+            let first = self.modes[0].cov.upper()[a];
+            let (mut more, mut n, mut product) = ([T::ZERO; NX], [T::ZERO; NX], [T::ZERO; NX]);
             for b in a..NX {
-                let first = self.modes[0].cov.upper()[a][b];
-                let mut v = first - bar[a] * bar[b];
-                for i in 1..MODES {
-                    v += self.prob[i] * (self.modes[i].cov.upper()[a][b] - first + d[i][a] * d[i][b]);
-                }
-                out.cov.upper_mut()[a][b] = v;
+                more[b] = -bar[a] * bar[b];
             }
-        }
+            for i in 1..MODES {
+                for b in a..NX {
+                    product[b] = d[i][a] * d[i][b];
+                }
+                for b in a..NX {
+                    n[b] = self.modes[i].cov.upper()[a][b] - first[b];
+                }
+                for b in a..NX {
+                    n[b] += product[b];
+                }
+                for b in a..NX {
+                    product[b] = self.prob[i] * n[b];
+                }
+                for b in a..NX {
+                    more[b] += product[b];
+                }
+            }
+            for b in a..NX {
+                out.cov.upper_mut()[a][b] = first[b] + more[b];
+            }
+        });
         out
+    }
+
+    /// μ_r ∝ c_r e_r. Nothing changes where no mode is left, or what is left is not finite.
+    #[inline(always)]
+    pub(crate) fn weigh(&mut self, evidence: &[T; MODES]) {
+        let weighed: [T; MODES] = core::array::from_fn(|r| self.prob[r] * evidence[r]);
+        let sum = weighed.iter().fold(T::ZERO, |sum, p| sum + *p);
+        let scale = T::ONE / sum;
+        if sum > T::ZERO && is_finite(sum) && is_finite(scale) {
+            self.prob = weighed.map(|p| p * scale);
+        }
     }
 
     /// The most probable mode.

@@ -168,31 +168,31 @@ impl<T: Real> Logic<T> {
         }
     }
 
-    /// Takes the association probabilities of a scan into `existence`, and makes them those of a target that exists:
-    /// `beta` in place, β_0 as the result. `p_seen` is P_D P_G.
-    ///
-    /// Cost: two operations a detection; none under M-of-N.
+    /// The share of "no detection is the target's" in which the target exists, r (1 − P_D P_G) / (1 − r P_D P_G): all of it
+    /// under M-of-N. `p_seen` is P_D P_G.
     #[inline(always)]
-    pub(crate) fn settle(&self, existence: &mut T, p_seen: T, beta_0: T, beta: &mut [T]) -> T {
+    pub(crate) fn doubt(&self, existence: T, p_seen: T) -> T {
+        match self.policy {
+            Policy::Count { .. } => T::ONE,
+            Policy::Existence(_) => existence * (T::ONE - p_seen) / (T::ONE - existence * p_seen),
+        }
+    }
+
+    /// Takes what a scan says into `existence`: r ← (m d + h) / (m + h), where a miss weighs m, all hits together h, and d is
+    /// the [`doubt`](Self::doubt).
+    #[inline(always)]
+    pub(crate) fn believe(&self, existence: &mut T, doubt: T, miss: T, hits: T) {
         if let Policy::Count { .. } = self.policy {
-            return beta_0;
+            return;
         }
-        let missed = beta_0 * (*existence * (T::ONE - p_seen) / (T::ONE - *existence * p_seen));
-        let mut sum = missed;
-        for b in beta.iter() {
-            sum += *b;
-        }
-        let scale = T::ONE / sum;
-        if !(sum > T::ZERO && is_finite(scale)) {
-            *existence = T::ZERO;
-            beta.fill(T::ZERO);
-            return T::ONE;
-        }
-        for b in beta.iter_mut() {
-            *b *= scale;
-        }
+        let r = (miss * doubt + hits) / (miss + hits);
         let most = T::lit(MOST_CERTAIN);
-        *existence = if sum < most { sum } else { most };
-        missed * scale
+        *existence = if r > most {
+            most
+        } else if r > T::ZERO {
+            r
+        } else {
+            T::ZERO
+        };
     }
 }

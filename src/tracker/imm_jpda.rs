@@ -33,8 +33,8 @@
 //!
 //! ```text
 //! n DETS comparisons of amplitude  (only where n > DETS)
-//! t (mixing, prediction, 2 MODES innovations, (m + g) + 2 g MODES residual forms, MODES corrections, 3 m steps of walks)
-//! t 2 g (1 + 2 MODES) factorisations of S  (only for detections with a noise of their own)
+//! t (mixing, prediction, 2 MODES innovations, m + 2 g MODES residual forms, MODES corrections, 2 m steps of walks)
+//! t (m + 3 g MODES) factorisations of S  (only for detections with a noise of their own)
 //! TRACKS m for the matrix, twice where clutter is diffuse;  the association's own cost
 //! t² / 2 duplicate tests,  m DETS pairings, each of which may look through t slots
 //! ```
@@ -42,13 +42,13 @@
 //! Memory: [`JointState`] is all there is: tracks, TRACKS (DETS + 1) scalars of the matrix, and what the associator needs.
 
 use super::picture::{Look, Outcome, Picture, Setup, looks};
-use super::{Scratch, State, Tracker};
-use crate::association::{AssociationMatrix, Associator, ClutterPrior, Domain};
+use super::{Scratch, State, Tracker, Work};
+use crate::association::{AssociationMatrix, Associator, ClutterPrior, Domain, Jpda};
 use crate::error::{ConfigError, ScanError};
-use crate::evidence::{Evidence, Innovations, LEAST_DENSITY, innovations};
+use crate::evidence::{LEAST_DENSITY, innovations};
 use crate::gaussian::Gaussian;
 use crate::initiation::Initiation;
-use crate::mode::{JumpMatrix, ModeBank, ModeSet};
+use crate::mode::{JumpMatrix, ModeSet};
 use crate::model::Layout;
 use crate::scalar::{Real, is_finite, larger};
 use crate::scan::{Detection, Report, Scan, Selection};
@@ -148,7 +148,8 @@ where
         for (slot, track) in tracks.iter().enumerate().filter(|(_, t)| !t.is_free()) {
             let Some((miss, row)) = matrix.row_mut(slot) else { continue };
             let look = joint_look(sensor, track);
-            let (_, own_volume) = gather(&track.bank, &look, detections, &selection.indices, evidence);
+            let innovations = innovations(&track.bank, look.model());
+            let own_volume = evidence.collect(&track.bank, &innovations, &look, detections, &selection.indices);
             let (mut claims, mut entries) = (selection.walk(claimed), selection.walk(row));
             for (number, weight) in evidence.scored() {
                 if let (Some(claimed), Some(entry)) = (claims(number), entries(number)) {
@@ -181,21 +182,12 @@ where
         let State { picture: Picture { tracks, .. }, evidence, scratch: Joint { matrix, .. } } = state;
         for (slot, track) in tracks.iter_mut().enumerate().filter(|(_, t)| !t.is_free()) {
             let Some((beta_0, row)) = matrix.row_mut(slot) else { continue };
-            let look = joint_look(sensor, track);
-            let mut candidates = heapless::Vec::<u16, DETS>::new();
-            for (number, _) in selection.indices.iter().zip(row.iter()).filter(|(_, beta)| **beta > T::ZERO) {
-                let _ = candidates.push(*number);
-            }
-            let (innovations, _) = gather(&track.bank, &look, detections, &candidates, evidence);
-            let mut entries = selection.walk(row);
-            for (number, weight) in evidence.scored() {
-                *weight = entries(number).map_or(T::ZERO, |beta| *beta);
-            }
+            let innovations = innovations(&track.bank, sensor.model());
+            evidence.take(&innovations, detections, selection.indices.iter().copied().zip(row.iter().copied()));
             let p_detect = sensor.p_detect(&track.bank.modes[0].mean);
-            let p_seen = p_detect * sensor.gate().p_gate();
-            let (_, beta) = evidence.weights();
-            let given = self.setup.logic.settle(&mut track.existence, p_seen, *beta_0, beta);
-            let resets = evidence.absorb(given, &mut track.bank, &innovations, sensor.model(), detections);
+            let doubt = self.setup.logic.doubt(track.existence, p_detect * sensor.gate().p_gate());
+            let resets = evidence.absorb(*beta_0 * doubt, &mut track.bank, &innovations, sensor.model(), detections);
+            self.setup.logic.believe(&mut track.existence, doubt, *beta_0, T::ONE - *beta_0);
             self.setup.conclude(track, Outcome { looked: looks(p_detect), hit: *beta_0 < T::lit(0.5), resets }, report);
         }
     }
@@ -207,25 +199,20 @@ where
     }
 }
 
+impl<T, M, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, const NODES: usize>
+    ImmJpda<T, M, NX, MODES, TRACKS, DETS, Jpda<NODES>>
+{
+    /// The most work that a scan of at most `DETS` detections can make, none with a noise or a time of its own.
+    #[must_use]
+    pub const fn worst_case() -> Work {
+        Work::imm_jpda::<NODES>(TRACKS, DETS, MODES)
+    }
+}
+
 /// A look at one track among others. Clutter of unknown density counts as one until all tracks are known.
 #[inline(always)]
 fn joint_look<'a, S, T: Real, const NX: usize, const MODES: usize>(sensor: &'a S, track: &Track<T, NX, MODES>) -> Look<'a, S, T> {
     Look { sensor, existence: track.existence, diffuse: Clutter::Poisson(T::ONE) }
-}
-
-/// Predicts the measurements of a bank, gates and scores: once as machine code, for both passes. Returns the innovations
-/// and the volume of the gate.
-#[inline(never)]
-fn gather<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize, const DETS: usize>(
-    bank: &ModeBank<T, NX, MODES>,
-    look: &S,
-    detections: &[Detection<T, NZ>],
-    candidates: &[u16],
-    evidence: &mut Evidence<T, MODES, DETS>,
-) -> (Innovations<T, NX, NZ, MODES>, T) {
-    let innovations = innovations(bank, look.model());
-    let volume = evidence.collect(bank, &innovations, look, detections, candidates);
-    (innovations, volume)
 }
 
 /// Divides the weights of the columns that are `diffuse` by λ = m / V.

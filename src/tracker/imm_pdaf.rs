@@ -7,7 +7,7 @@
 //! gate       by the mode with the largest det S                 (evidence)
 //! score      h_j = P_D Σ_r c_r L_jr / λ,  m = 1 − P_D P_G        (evidence)
 //! associate  β from m and h: PDA, or nearest neighbour          (association)
-//! absorb     modes and their probabilities by β                 (evidence)
+//! absorb     modes and their probabilities by β                 (evidence; with PDA these three are one pass)
 //! manage     existence, hit or miss, confirm, delete, duplicates (track)
 //! initiate   from detections that no track gated                (initiation)
 //! ```
@@ -22,17 +22,18 @@
 //! ```text
 //! n DETS comparisons of amplitude  (only where n > DETS)
 //! t (mixing, prediction, MODES innovations, m (1 + MODES) residual forms, MODES corrections, m claims)
-//! t m (1 + 2 MODES) factorisations of S  (only for detections with a noise of their own)
+//! t m MODES residual forms more  (only for an association that is not PDA)
+//! t m (1 + 3 MODES) factorisations of S  (only for detections with a noise of their own)
 //! t² / 2 duplicate tests,  m DETS pairings, each of which may look through t slots
 //! ```
 //!
 //! Memory: [`State`] is all there is, and its size is a constant.
 
 use super::picture::{Look, Outcome, Picture, Setup, looks};
-use super::{State, Tracker, printed};
+use super::{State, Tracker, Work, printed};
 use crate::association::{Pda, SingleAssociator};
 use crate::error::{ConfigError, ScanError};
-use crate::evidence::innovations;
+use crate::evidence::{Found, innovations};
 use crate::gaussian::Gaussian;
 use crate::initiation::Initiation;
 use crate::mode::{JumpMatrix, ModeSet};
@@ -65,6 +66,12 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize, con
     pub fn new(modes: M, jump: JumpMatrix<T, MODES>, initial: [T; MODES], logic: Logic<T>) -> Result<Self, ConfigError> {
         const { assert!(MODES >= 1 && TRACKS >= 1 && DETS >= 1 && DETS <= 65535, "every capacity must be at least one") }
         Ok(Self { setup: Setup::new(modes, jump, initial, logic)?, associator: Pda })
+    }
+
+    /// The most work that a scan of at most `DETS` detections can make, none with a noise or a time of its own.
+    #[must_use]
+    pub const fn worst_case() -> Work {
+        Work::imm_pdaf(TRACKS, DETS, MODES)
     }
 }
 
@@ -127,29 +134,32 @@ where
             let Track { bank, existence, .. } = track;
             let look = Look { sensor, existence: *existence, diffuse: Clutter::Diffuse };
             let p_detect = sensor.p_detect(&bank.modes[0].mean);
-            let p_seen = p_detect * sensor.gate().p_gate();
-            let mut hit = false;
-            let mut associate = |miss, weights: &mut [T]| {
-                let beta_0 = self.associator.associate(miss, weights);
-                hit = beta_0 < T::lit(0.5);
-                self.setup.logic.settle(existence, p_seen, beta_0, weights)
-            };
+            let doubt = self.setup.logic.doubt(*existence, p_detect * sensor.gate().p_gate());
             let mut claims = selection.walk(claimed);
-            let mut claim = |number| {
+            let claim = |number| {
                 if let Some(claimed) = claims(number) {
                     *claimed = true;
                 }
             };
-            let resets = if A::COMBINED_INNOVATION {
-                printed::update::<T, _, NX, NZ, MODES, DETS>(bank, &look, associate, detections, &selection.indices, claim)
+            let Found { miss, hits, resets } = if A::COMBINED_INNOVATION {
+                let associate = |miss, weights: &mut [T]| self.associator.associate(miss, weights);
+                printed::update::<T, _, NX, NZ, MODES, DETS>(bank, &look, associate, doubt, detections, &selection.indices, claim)
             } else {
                 let innovations = innovations(bank, sensor.model());
-                evidence.collect(bank, &innovations, &look, detections, &selection.indices);
-                evidence.gated().iter().copied().for_each(&mut claim);
-                let (miss, weights) = evidence.weights();
-                let beta_0 = associate(miss, weights);
-                evidence.absorb(beta_0, bank, &innovations, sensor.model(), detections)
+                evidence.gate(bank, &innovations, &look, detections, &selection.indices);
+                evidence.gated().iter().copied().for_each(claim);
+                if A::PROPORTIONAL {
+                    evidence.pda(bank, &innovations, &look, detections, doubt)
+                } else {
+                    evidence.score(bank, &innovations, &look, detections);
+                    let (miss, weights) = evidence.weights();
+                    let beta_0 = self.associator.associate(miss, weights);
+                    let resets = evidence.absorb(beta_0 * doubt, bank, &innovations, sensor.model(), detections);
+                    Found { miss: beta_0, hits: T::ONE - beta_0, resets }
+                }
             };
+            self.setup.logic.believe(existence, doubt, miss, hits);
+            let hit = miss < hits;
             self.setup.conclude(track, Outcome { looked: looks(p_detect), hit, resets }, report);
         }
     }

@@ -6,6 +6,7 @@
 //! | `imm_jpda.rs` | all tracks associated together |
 //! | `picture.rs`, `births.rs` | what both share: prediction, life and birth of tracks |
 //! | `state.rs` | what they remember |
+//! | `work.rs` | the most work that a scan can make |
 //! | `printed.rs` | a baseline for [`ImmPdaf`] |
 
 mod births;
@@ -14,10 +15,12 @@ mod imm_pdaf;
 mod picture;
 mod printed;
 mod state;
+mod work;
 
 pub use imm_jpda::{ImmJpda, Joint, JointState};
 pub use imm_pdaf::ImmPdaf;
 pub use state::{Scratch, State};
+pub use work::Work;
 
 use crate::error::ScanError;
 use crate::scalar::Real;

@@ -91,6 +91,16 @@ pub(super) struct Look<'a, S, T> {
     pub diffuse: Clutter<T>,
 }
 
+impl<S, T: Real> Look<'_, S, T> {
+    #[inline(always)]
+    fn known(&self, clutter: Clutter<T>) -> Clutter<T> {
+        match clutter {
+            Clutter::Diffuse => self.diffuse,
+            known => known,
+        }
+    }
+}
+
 impl<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize> Sensor<T, NX, NZ> for Look<'_, S, T> {
     type Model = S::Model;
 
@@ -104,10 +114,11 @@ impl<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize> Sensor<T, 
     }
     #[inline(always)]
     fn clutter(&self, z: &SVector<T, NZ>) -> Clutter<T> {
-        match self.sensor.clutter(z) {
-            Clutter::Diffuse => self.diffuse,
-            known => known,
-        }
+        self.known(self.sensor.clutter(z))
+    }
+    #[inline(always)]
+    fn uniform_clutter(&self) -> Option<Clutter<T>> {
+        self.sensor.uniform_clutter().map(|clutter| self.known(clutter))
     }
     #[inline(always)]
     fn gate(&self) -> &Gate<T> {

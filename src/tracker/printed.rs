@@ -11,7 +11,7 @@
 //! than they know and every mode looks good in ambiguity: about a third of the tracks of that paper's first scenario
 //! are lost, none with the update of [`evidence`](crate::evidence).
 
-use crate::evidence::{Evidence, innovations};
+use crate::evidence::{Evidence, Found, innovations};
 use crate::mode::ModeBank;
 use crate::model::MeasurementModel;
 use crate::scalar::{Real, exp};
@@ -20,34 +20,37 @@ use crate::sensor::Sensor;
 use nalgebra::SVector;
 
 /// The update by the printed equations. `associate` replaces weights by probabilities, as
-/// [`SingleAssociator`](crate::association::SingleAssociator) does; `gated` is called with the number of every gated
-/// detection. Returns how many corrections were refused.
+/// [`SingleAssociator`](crate::association::SingleAssociator) does; the modes are updated as if a miss weighed `doubt` times
+/// what it does; `gated` is called with the number of every gated detection.
 pub(super) fn update<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize, const DETS: usize>(
     bank: &mut ModeBank<T, NX, MODES>,
     sensor: &S,
     associate: impl FnOnce(T, &mut [T]) -> T,
+    doubt: T,
     detections: &[Detection<T, NZ>],
     candidates: &[u16],
     gated: impl FnMut(u16),
-) -> u16 {
+) -> Found<T> {
     let model = sensor.model();
     let combined = ModeBank::<T, NX, 1>::new([T::ONE], bank.combined());
     let overall = innovations(&combined, model);
-    let mut evidence = Evidence::<T, 1, DETS>::new();
+    let mut evidence = Evidence::<T, DETS>::new();
     evidence.collect(&combined, &overall, sensor, detections, candidates);
     evidence.gated().iter().copied().for_each(gated);
     let (miss, weights) = evidence.weights();
-    associate(miss, weights);
+    let beta_0 = associate(miss, weights);
+    let (miss, hits) = (beta_0, T::ONE - beta_0);
     if evidence.gated().is_empty() {
-        return 0;
+        return Found { miss, hits, resets: 0 };
     }
+    let share = T::ONE / (miss * doubt + hits);
     let mut resultant = SVector::<T, NZ>::zeros();
     let (_, beta) = evidence.weights();
     let mut probable = heapless::Vec::<T, DETS>::new();
     let _ = probable.extend_from_slice(beta);
     for (number, beta) in evidence.gated().iter().zip(&probable) {
         if let Some(detection) = detections.get(usize::from(*number)) {
-            resultant += model.residual(&detection.z, &overall[0].z_hat) * *beta;
+            resultant += model.residual(&detection.z, &overall[0].z_hat) * (*beta * share);
         }
     }
     let resultant = overall[0].z_hat + resultant;
@@ -75,5 +78,5 @@ pub(super) fn update<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: u
     if sum > T::ZERO {
         bank.prob = prob.map(|p| p / sum);
     }
-    resets
+    Found { miss, hits, resets }
 }

@@ -14,7 +14,7 @@ use crate::track::{Track, TrackId};
 #[derive(Clone, Debug)]
 pub struct State<T, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, X = ()> {
     pub(super) picture: Picture<T, NX, MODES, TRACKS, DETS>,
-    pub(super) evidence: Evidence<T, MODES, DETS>,
+    pub(super) evidence: Evidence<T, DETS>,
     pub(super) scratch: X,
 }
 

@@ -17,21 +17,22 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
 use nalgebra::SVector;
-use twin::workloads::{self, DETS, Imm4, Imm6, Kf4, Matrix, Plots, TRACKS, Track, data};
+use twin::workloads::{self, DETS, Imm4, Imm6, Kf4, Matrix, TRACKS, Track, data};
 
 const NODES: usize = 128;
+const NUMBERS: [u16; 4] = [0, 1, 2, 3];
 type Joint = JpdaMemory<f32, TRACKS, DETS, NODES>;
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn imm6_step(imm: &Imm6, track: &mut Track<6, 2>, plots: &Plots) {
-    imm.step(track, plots);
+fn imm6_step(imm: &Imm6, track: &mut Track<6, 2>, plots: &[Detection<f32, 2>], numbers: &[u16]) {
+    imm.step(track, plots, numbers);
 }
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn imm4_step(imm: &Imm4, track: &mut Track<4, 3>, plots: &Plots) {
-    imm.step(track, plots);
+fn imm4_step(imm: &Imm4, track: &mut Track<4, 3>, plots: &[Detection<f32, 2>], numbers: &[u16]) {
+    imm.step(track, plots, numbers);
 }
 
 #[unsafe(no_mangle)]
@@ -62,12 +63,12 @@ fn filters(track6: &mut Track<6, 2>, track4: &mut Track<4, 3>) -> Result<bool, C
     let mut passed = true;
     track6.start(&data::IMM6_START);
     for (plots, expected) in data::IMM6_PLOTS.iter().zip(&data::IMM6_EXPECTED) {
-        imm6_step(&imm6, track6, &plots.map(Detection::new));
+        imm6_step(&imm6, track6, &plots.map(Detection::new), &NUMBERS);
         passed &= track6.agrees(expected);
     }
     track4.start(&data::IMM4_START);
     for (plots, expected) in data::IMM4_PLOTS.iter().zip(&data::IMM4_EXPECTED) {
-        imm4_step(&imm4, track4, &plots.map(Detection::new));
+        imm4_step(&imm4, track4, &plots.map(Detection::new), &NUMBERS);
         passed &= track4.agrees(expected);
     }
     let mut g = data::IMM4_START.modes[0].gaussian();

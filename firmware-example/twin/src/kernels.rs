@@ -132,7 +132,7 @@ fn switching<S: Sink, const N: usize, const R: usize>(
     let model = LinearMeasurement { matrix: matrix(&case.h), noise: symmetric(&case.r) };
     let sensor = UniformSensor::new(model, case.p_detect, clutter, Gate::new::<2>(case.threshold)?)?;
     let mut bank = ModeBank::new(case.prob, Gaussian::new(SVector::from(case.x0), symmetric(&case.p0)));
-    let mut evidence = Evidence::<f32, R, DETS>::new();
+    let mut evidence = Evidence::<f32, DETS>::new();
     let candidates: [u16; DETS] = core::array::from_fn(|i| i as u16);
     for (scan, plots) in case.plots.iter().enumerate() {
         let detections: [Detection<f32, 2>; DETS] = core::array::from_fn(|i| Detection::new(plots.get(i).copied().unwrap_or_default()));
@@ -209,5 +209,5 @@ fn observed<S: Sink, M: MeasurementModel<f32, N, NZ>, const N: usize, const NZ: 
     for value in innovation.gain().iter() {
         sink.take(Label { field: "gain", ..label }, *value);
     }
-    sink.take(Label { field: "ln norm", ..label }, innovation.density.ln_norm);
+    sink.take(Label { field: "peak", ..label }, innovation.density.peak);
 }

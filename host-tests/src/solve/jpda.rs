@@ -169,7 +169,7 @@ fn many_scans<T: Scalar, const N: usize, const M: usize, const R: usize>(case: &
             bank.interact(&jump);
             bank.predict(&motion, T::ONE);
             let innovations = innovations(bank, &sensor.model);
-            let mut evidence = Evidence::<T, R, DETS>::new();
+            let mut evidence = Evidence::<T, DETS>::new();
             volume += evidence.collect(bank, &innovations, &sensor, &plots, &all);
             let (weight_of_none, _) = evidence.weights();
             let Some((miss, hit)) = matrix.row_mut(t) else { continue };

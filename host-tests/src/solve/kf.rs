@@ -85,7 +85,7 @@ pub(super) fn measured<T: Scalar, const N: usize, const M: usize>(
 
 /// S, from S⁻¹.
 pub(super) fn innovation_covariance<T: Scalar, const N: usize, const M: usize>(innovation: &Innovation<T, N, M>) -> Value {
-    innovation.density.s_inv.inverse().map_or(Value::Null, |s| matrix(&s.matrix.to_matrix()))
+    if innovation.density.is_proper() { matrix(&innovation.density.s_inv.inverse().matrix.to_matrix()) } else { Value::Null }
 }
 
 /// The fields of the updated density.

@@ -128,7 +128,7 @@ fn update<T: Scalar, const N: usize, const M: usize, const R: usize>(
     let sensor = UniformSensor::new(model, p_detect.number()?, clutter, gate::<T, M>(case)?).map_err(|e| p_detect.failure(e))?;
     let candidates: Vec<u16> = (0..).take(plots.len()).collect();
     let innovations = innovations(bank, &sensor.model);
-    let mut evidence = Evidence::<T, R, DETS>::new();
+    let mut evidence = Evidence::<T, DETS>::new();
     evidence.collect(bank, &innovations, &sensor, plots, &candidates);
     let (miss, weights) = evidence.weights();
     let mut beta = vec![Pda.associate(miss, weights)];

@@ -155,7 +155,7 @@ fn update<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: us
 ) -> Result<Outcome<T, NX, MODES>, TestCaseError> {
     let candidates: Vec<u16> = (0..detections.len() as u16).collect();
     let predicted = innovations(&bank, &sensor.model);
-    let mut evidence = Evidence::<T, MODES, DETS>::new();
+    let mut evidence = Evidence::<T, DETS>::new();
     evidence.collect(&bank, &predicted, sensor, detections, &candidates);
     let gated = evidence.gated().to_vec();
     let (miss, weights) = evidence.weights();
@@ -164,6 +164,22 @@ fn update<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: us
     let resets = evidence.absorb(beta_0, &mut bank, &predicted, &sensor.model, detections);
     prop_assert_eq!((resets, bank.is_valid()), (0, true));
     Ok(Outcome { gated, beta, beta_0, bank })
+}
+
+/// The same with the update by PDA in one pass.
+fn update_at_once<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    mut bank: ModeBank<T, NX, MODES>,
+    sensor: &UniformSensor<M, T>,
+    detections: &[Detection<T, NZ>],
+) -> Result<Outcome<T, NX, MODES>, TestCaseError> {
+    let step_by_step = update(bank, sensor, detections)?;
+    let candidates: Vec<u16> = (0..detections.len() as u16).collect();
+    let predicted = innovations(&bank, &sensor.model);
+    let mut evidence = Evidence::<T, DETS>::new();
+    evidence.gate(&bank, &predicted, sensor, detections, &candidates);
+    let found = evidence.pda(&mut bank, &predicted, sensor, detections, T::ONE);
+    prop_assert_eq!((found.resets, bank.is_valid()), (0, true));
+    Ok(Outcome { beta_0: found.miss / (found.miss + found.hits), bank, ..step_by_step })
 }
 
 /// The same by the definition, in double precision.
@@ -267,16 +283,18 @@ impl<const NX: usize> Bounds<NX> {
 
 fn is_the_definition<const NX: usize, const NZ: usize, const MODES: usize>(case: &Case) -> TestCaseResult {
     let (bank, detections) = (case.bank::<f64, NX, MODES>(), case.scan::<f64, NX, NZ>());
-    let got = update(bank, &case.sensor::<f64, NX, NZ>()?, &detections)?;
-    agree(case, &bank, &detections, &got)
+    let sensor = case.sensor::<f64, NX, NZ>()?;
+    agree(case, &bank, &detections, &update(bank, &sensor, &detections)?)?;
+    agree(case, &bank, &detections, &update_at_once(bank, &sensor, &detections)?)
 }
 
 /// Detections at times of their own; in single precision as well, for they have a correction of their own.
 fn is_the_definition_in_sectors<T: Real, const NX: usize, const NZ: usize, const MODES: usize>(case: &Case) -> TestCaseResult {
     let (bank, detections) = (case.bank::<T, NX, MODES>(), case.sectors::<T, NX, NZ>());
     let sensor = case.sensor::<T, NX, NZ>()?;
-    let got = update(bank, &sensor.with_model(Laid(sensor.model)), &detections)?;
-    agree(case, &bank, &detections, &got)
+    let sensor = sensor.with_model(Laid(sensor.model));
+    agree(case, &bank, &detections, &update(bank, &sensor, &detections)?)?;
+    agree(case, &bank, &detections, &update_at_once(bank, &sensor, &detections)?)
 }
 
 /// An update and the definition.

@@ -28,7 +28,7 @@ fn update<T: Real, A: SingleAssociator<T>, const NX: usize, const NZ: usize, con
 ) -> (T, Vec<T>, u16) {
     let candidates: Vec<u16> = (0..detections.len() as u16).collect();
     let predicted = innovations(bank, &sensor.model);
-    let mut evidence = Evidence::<T, MODES, DETS>::new();
+    let mut evidence = Evidence::<T, DETS>::new();
     evidence.collect(bank, &predicted, sensor, detections, &candidates);
     let (miss, weights) = evidence.weights();
     let beta_0 = associator.associate(miss, weights);

@@ -103,7 +103,7 @@ fn dense_form<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ
     within("H P H'", &wide_cov(&fast.spread), &wide_cov(&dense.spread), &(h * p * h.transpose() * (epsilon * (2.0 * n + 2.0))))?;
     let density = ResidualDensity::new(&fast.spread.plus(&model.noise(&g.mean)));
     prop_assert!(fast.density.is_proper());
-    prop_assert_eq!((fast.density.s_inv, fast.density.ln_norm), (density.s_inv, density.ln_norm));
+    prop_assert_eq!((fast.density.s_inv, fast.density.peak), (density.s_inv, density.peak));
     Ok(())
 }
 
@@ -163,7 +163,7 @@ fn position<T: Real, const NX: usize, const NZ: usize, const STRIDE: usize>(draw
     let sensor = Position::<T, NZ, STRIDE>::new(noise)?.at(origin);
     let (fast, dense) = (sensor.innovation(&g), innovation_dense(&sensor, &g));
     prop_assert_eq!((fast.z_hat, fast.cross, fast.spread), (dense.z_hat, dense.cross, dense.spread));
-    prop_assert_eq!((fast.density.s_inv, fast.density.ln_norm), (dense.density.s_inv, dense.density.ln_norm));
+    prop_assert_eq!((fast.density.s_inv, fast.density.peak), (dense.density.s_inv, dense.density.peak));
     let fix = MeasurementModel::<T, NX, NZ>::locate(&sensor, &fast.z_hat, &noise);
     let fix = fix.ok_or_else(|| TestCaseError::fail("a position was not located"))?;
     for k in 0..NZ {

@@ -18,7 +18,7 @@
 #[rustfmt::skip]
 pub mod data;
 
-use boresight::association::{AssociationMatrix, ClutterPrior, Domain, Gate, Pda, SingleAssociator};
+use boresight::association::{AssociationMatrix, ClutterPrior, Domain, Gate};
 use boresight::error::ConfigError;
 use boresight::evidence::{Evidence, innovations};
 use boresight::gaussian::Gaussian;
@@ -124,7 +124,7 @@ impl<const NX: usize, const MODES: usize> Bank<NX, MODES> {
 #[derive(Clone, Debug)]
 pub struct Track<const NX: usize, const MODES: usize> {
     bank: ModeBank<f32, NX, MODES>,
-    evidence: Evidence<f32, MODES, PLOTS>,
+    evidence: Evidence<f32, PLOTS>,
     combined: Gaussian<f32, NX>,
 }
 
@@ -195,7 +195,7 @@ impl<M, const STRIDE: usize, const MODES: usize> Imm<M, STRIDE, MODES> {
 
     /// One scan of one track.
     #[inline(always)]
-    pub fn step<const NX: usize>(&self, track: &mut Track<NX, MODES>, plots: &Plots)
+    pub fn step<const NX: usize>(&self, track: &mut Track<NX, MODES>, plots: &[Detection<f32, 2>], numbers: &[u16])
     where
         M: ModeSet<f32, NX, MODES>,
     {
@@ -204,10 +204,8 @@ impl<M, const STRIDE: usize, const MODES: usize> Imm<M, STRIDE, MODES> {
         bank.interact(&self.jump);
         bank.predict(&self.modes, self.dt);
         let predicted = innovations(bank, model);
-        evidence.collect(bank, &predicted, &self.sensor, plots, &[0, 1, 2, 3]);
-        let (miss, hits) = evidence.weights();
-        let beta_0 = Pda.associate(miss, hits);
-        evidence.absorb(beta_0, bank, &predicted, model, plots);
+        evidence.gate(bank, &predicted, &self.sensor, plots, numbers);
+        evidence.pda(bank, &predicted, &self.sensor, plots, 1.0);
         *combined = bank.combined();
     }
 }

@@ -1,0 +1,79 @@
+//! The most work that one scan can make, by kinds of operation: what a tracker's loops add up to.
+//!
+//! With t tracks, m detections and r modes, for detections without a noise or a time of their own:
+//!
+//! ```text
+//!                   IMM-PDAF        IMM-JPDA
+//! predictions       t r             t r               of one mode
+//! innovations       t r             2 t r             of one mode: before the association, and after it
+//! residuals         t m (1 + 2 r)   t m (1 + 2 r)     m for the gate, r m for likelihoods, r m for corrections
+//! corrections       t r             t r               of one mode
+//! association       t (m + 1)       A + 6 t m         weights, or the steps A of the joint association and its matrix
+//! comparisons       t (t − 1) / 2   t (t − 1) / 2     of two tracks on one target
+//! fixes             2 m             2 m             positions of detections: to be paired, and to be remembered
+//! pairings          m²              m²                of two detections that may start a track
+//! looks             m² (2 t + 1)    m² (2 t + 1)      at slots and remembered detections, for room
+//! ```
+
+use crate::association::Jpda;
+
+/// Numbers of operations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Work {
+    /// Predictions of one mode, mixing included
+    pub predictions: u64,
+    /// Predicted measurements of one mode
+    pub innovations: u64,
+    /// Residuals with what is made of them: a gate test, a likelihood, or a share of a correction
+    pub residuals: u64,
+    /// Corrections of one mode
+    pub corrections: u64,
+    /// Steps of the association
+    pub association: u64,
+    /// Comparisons of two tracks
+    pub comparisons: u64,
+    /// Positions that detections are traced back to
+    pub fixes: u64,
+    /// Pairings of two detections, each of which may give birth to a track
+    pub pairings: u64,
+    /// Looks at slots and remembered detections
+    pub looks: u64,
+}
+
+impl Work {
+    /// The most of an [`ImmPdaf`](super::ImmPdaf), by the formula of this file.
+    #[must_use]
+    pub const fn imm_pdaf(tracks: usize, detections: usize, modes: usize) -> Self {
+        let (t, m, r) = (tracks as u64, detections as u64, modes as u64);
+        Self {
+            predictions: t * r,
+            innovations: t * r,
+            residuals: t * m * (1 + 2 * r),
+            corrections: t * r,
+            association: t * (m + 1),
+            comparisons: t * t.saturating_sub(1) / 2,
+            fixes: 2 * m,
+            pairings: m * m,
+            looks: m * m * (2 * t + 1),
+        }
+    }
+
+    /// The most of an [`ImmJpda`](super::ImmJpda) that associates by [`Jpda`], by the formula of this file.
+    #[must_use]
+    pub const fn imm_jpda<const NODES: usize>(tracks: usize, detections: usize, modes: usize) -> Self {
+        let (t, m, r) = (tracks as u64, detections as u64, modes as u64);
+        Self {
+            innovations: 2 * t * r,
+            association: Jpda::<NODES>::worst_case(tracks, detections) + 6 * t * m,
+            ..Self::imm_pdaf(tracks, detections, modes)
+        }
+    }
+
+    /// All operations.
+    #[must_use]
+    pub const fn steps(&self) -> u64 {
+        let Self { predictions, innovations, residuals, corrections, association, comparisons, fixes, pairings, looks } = *self;
+        predictions + innovations + residuals + corrections + association + comparisons + fixes + pairings + looks
+    }
+}
