@@ -9,6 +9,9 @@
 #[rustfmt::skip]
 pub mod data;
 pub mod kernels;
+pub mod load;
+pub mod loaded;
+pub mod pieces;
 pub mod radar;
 pub mod workloads;
 
