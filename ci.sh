@@ -10,12 +10,13 @@
 #   ./ci.sh thumb          library and firmware images for the microcontroller, with their sizes
 #   ./ci.sh qemu           run the images in QEMU
 #   ./ci.sh symbols        no allocator, no soft double, no new panic path in the images
+#   ./ci.sh budget         instructions, stack, flash and RAM against those published in firmware-example/README.md
 # Several steps may be named: ./ci.sh fmt clippy
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 cd "$root"
 
-readonly steps=(setup fmt clippy test doc thumb qemu symbols)
+readonly steps=(setup fmt clippy test doc thumb qemu symbols budget)
 readonly target=thumbv7em-none-eabihf
 readonly images=(budget demo selftest)
 readonly image_dir=firmware-example/target/$target/release
@@ -119,7 +120,8 @@ step_setup() {
     fi
     have qemu-system-arm || apt_install qemu-system-arm || true
     have arm-none-eabi-nm || apt_install binutils-arm-none-eabi || true
-    have qemu-system-arm || echo "MISSING: qemu-system-arm; step qemu will fail"
+    have cc || apt_install gcc libc6-dev || true # the counter's disassembler is C
+    have qemu-system-arm || echo "MISSING: qemu-system-arm; steps qemu and budget will fail"
     have arm-none-eabi-nm || echo "MISSING: ARM binutils; steps thumb and symbols will fail"
 }
 
@@ -128,11 +130,14 @@ step_setup() {
 # Both are workspaces of their own; cargo reads `.cargo/config.toml` of the current directory.
 in_firmware() { (cd firmware-example && "$@"); }
 in_runner() { (cd firmware-example/runner && "$@"); }
+# From the root, no configuration makes the microcontroller the target.
+for_counter() { cargo "$1" --manifest-path firmware-example/counter/Cargo.toml "${@:2}"; }
 
 step_fmt() {
     cargo fmt --all --check
     in_firmware cargo fmt --check
     in_runner cargo fmt --check
+    for_counter fmt --check
 }
 
 step_clippy() {
@@ -142,6 +147,7 @@ step_clippy() {
     cargo clippy -p boresight --lib --target $target --features defmt -- -D warnings
     in_firmware cargo clippy --release --lib --bins -- -D warnings
     in_runner cargo clippy --target "$(host)" -- -D warnings
+    for_counter clippy --release --all-targets -- -D warnings
 }
 
 step_test() { cargo test --release --workspace --features host-tests/count; }
@@ -184,6 +190,13 @@ step_symbols() {
         [ "${row[0]}${row[1]}" = 00 ] && [ "${row[2]}" -le "$(panics_allowed "$image")" ] || failed=1
     done
     [ $failed = 0 ] || { echo "symbols: more than allowed, see above" >&2; return 1; }
+}
+
+step_budget() {
+    for_counter test --release
+    # The program that the tests have been built with: `cargo run` would build its dependencies anew, with other features.
+    cargo test --release --workspace --features host-tests/count --no-run
+    target/release/host-tests budget --check
 }
 
 # --- run -----------------------------------------------------------------------------------

@@ -1,11 +1,16 @@
-//! Puts the board's `memory.x` where the linker looks and passes the linker scripts.
+//! Puts the board's `memory.x` where the linker looks and passes the linker scripts; tells the image `tracker` which tracker.
+//!
+//! ```text
+//! BORESIGHT_TRACKER    KIND STATESxMODES TRACKSxDETS [NODES]      "imm-jpda 4x3 16x32 64" if not set
+//! BORESIGHT_MOST_RAM   bytes that the tracker's state may have    all of the board's if not set
+//! ```
 
 use std::{env, fs, path::PathBuf};
 
 /// Images that log through defmt.
 const WITH_DEFMT: [&str; 1] = ["demo"];
 /// Images that print plain text, or nothing.
-const WITHOUT_DEFMT: [&str; 2] = ["budget", "selftest"];
+const WITHOUT_DEFMT: [&str; 6] = ["budget", "empty", "kernels", "memory", "selftest", "tracker"];
 
 /// A library built with defmt support leaves sections that only defmt's script places.
 const NO_DEFMT_X: &str = "SECTIONS { /DISCARD/ : { *(.defmt .defmt.*); } }\n";
@@ -18,6 +23,13 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rustc-link-search={}", out.display());
 
+    let tracker = env::var("BORESIGHT_TRACKER").unwrap_or_else(|_| "imm-jpda 4x3 16x32 64".into());
+    let most_ram = env::var("BORESIGHT_MOST_RAM").unwrap_or_else(|_| "4 * 1024 * 1024".into());
+    let types = configuration(&tracker, &most_ram).unwrap_or_else(|| panic!("no such tracker: {tracker}"));
+    fs::write(out.join("configuration.rs"), types).expect("OUT_DIR is writable");
+    println!("cargo:rerun-if-env-changed=BORESIGHT_TRACKER");
+    println!("cargo:rerun-if-env-changed=BORESIGHT_MOST_RAM");
+
     // FLASH and RAM segments are not page-aligned.
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
@@ -27,4 +39,36 @@ fn main() {
     for bin in WITHOUT_DEFMT {
         println!("cargo:rustc-link-arg-bin={bin}=-Tno-defmt.x");
     }
+}
+
+/// The types of the image `tracker`: another tracker is another arm here, and an implementation of `twin::loaded::Loaded`.
+fn configuration(tracker: &str, most_ram: &str) -> Option<String> {
+    let mut words = tracker.split_whitespace();
+    let (kind, motion, room) = (words.next()?, words.next()?, words.next()?);
+    let (tracks, dets) = room.split_once('x')?;
+    let (modes, nx, mode_count) = match motion {
+        "4x3" => ("Turning", 4, 3),
+        "6x2" => ("Accelerating", 6, 2),
+        _ => return None,
+    };
+    let (tracker, state) = match (kind, words.next()) {
+        ("imm-pdaf", None) => ("ImmPdaf<f32, Modes, NX, MODES, TRACKS, DETS>".into(), "State<f32, NX, MODES, TRACKS, DETS>".into()),
+        ("imm-jpda", Some(nodes)) => (
+            format!("ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
+            format!("JointState<f32, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
+        ),
+        _ => return None,
+    };
+    Some(format!(
+        "#[allow(unused_imports)]\n\
+         use boresight::{{association::Jpda, tracker}};\n\
+         pub const NX: usize = {nx};\n\
+         pub const MODES: usize = {mode_count};\n\
+         pub const TRACKS: usize = {tracks};\n\
+         pub const DETS: usize = {dets};\n\
+         pub const MOST_RAM: usize = {most_ram};\n\
+         type Modes = twin::loaded::{modes};\n\
+         pub type Tracker = tracker::{tracker};\n\
+         pub type State = tracker::{state};\n"
+    ))
 }

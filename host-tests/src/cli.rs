@@ -1,4 +1,4 @@
-//! The command line: `list`, `run`, `replay`, `solve`.
+//! The command line: `list`, `run`, `replay`, `solve`, `twin`, `budget`.
 //!
 //! ```text
 //! host-tests list
@@ -6,11 +6,12 @@
 //! host-tests replay PLOTS [--config FILE.toml] [--precision f32|f64] [--out DIR] [--json FILE]
 //! host-tests solve IN.json OUT.json [--precision f32|f64]
 //! host-tests twin [--check]                                (from the repository root)
+//! host-tests budget [--check] [--only NAME]                (from the repository root)
 //! ```
 //!
 //! Exit status 0: done; 1: a check failed; 2: bad usage or input, told in one line.
 
-use crate::{Failure, Precision, output, replay, scenario, solve, twin};
+use crate::{Failure, Precision, budget, output, replay, scenario, solve, twin};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -74,6 +75,15 @@ enum Command {
         #[arg(long)]
         check: bool,
     },
+    /// Count what trackers and kernels cost on the target, and publish it in the firmware example's README
+    Budget {
+        /// Only check that nothing has grown beyond what is published
+        #[arg(long)]
+        check: bool,
+        /// Only trackers whose names contain this, and no kernels; publishes nothing
+        #[arg(long, value_name = "NAME")]
+        only: Option<String>,
+    },
     /// Solve reference cases and write them with their results filled in
     Solve {
         /// The cases
@@ -104,6 +114,7 @@ pub fn execute<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>
         }
         Command::Replay { plots, config, precision, out, json } => replay::run(&replay::Request { plots, config, precision, out, json }),
         Command::Twin { check } => twin::run(&PathBuf::from("."), check),
+        Command::Budget { check, only } => budget::run(&PathBuf::from("."), &budget::Request { check, only }),
         Command::Solve { input, output, precision } => solve::run(&input, &output, precision),
     }
 }

@@ -2,10 +2,11 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`cli`] | the commands `list`, `run`, `replay`, `solve` |
+//! | [`cli`] | the commands `list`, `run`, `replay`, `solve`, `twin`, `budget` |
 //! | [`scenario`] | the table of published scenarios; each compares named filters by Monte Carlo |
 //! | [`solve`] | reference cases: reads a case file, fills in what the library computes |
 //! | [`replay`] | recorded plots: readers, sensor description, summary and picture |
+//! | [`budget`] | what trackers and kernels cost on the target, and the bounds of that |
 //! | [`mod@twin`] | the data of the firmware example and the bits expected of it |
 //! | [`metrics`] | OSPA, GOSPA, NEES, chi-square quantiles, tracking over a sequence of scans |
 //! | [`statistics`] | means with standard errors, medians, Wilson intervals |
@@ -16,6 +17,7 @@
 //! Conventions: SI units and radians; angles in (-pi, pi]; x east, y north, z up unless a file says
 //! otherwise. Bad input is a [`Failure`], never a panic, and no output file is ever half-written.
 
+pub mod budget;
 pub mod cli;
 pub mod error;
 pub mod metrics;

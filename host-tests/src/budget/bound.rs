@@ -1,0 +1,55 @@
+//! The bound beside what was observed.
+//!
+//! ```text
+//! steps    proven: the loops of a scan end after as many, whatever the input (boresight::tracker::Work; the test `budget`
+//!          holds instrumented runs against the formula)
+//! cycles   estimated: Σ steps of a kind times the cycles below, which were chosen so that no scan of the images has taken
+//!          more than its own steps amount to (the test `budget` holds them against the published figures)
+//! ```
+//!
+//! The bound is far above anything observed where association is joint: its formula lets every cluster climb all rungs of
+//! exact, bounded and approximate association with full memory at once.
+
+use super::configuration::{Kind, Tracker};
+use crate::Failure;
+use boresight::tracker::Work;
+
+/// The most work of one scan.
+pub fn most(tracker: &Tracker) -> Result<Work, Failure> {
+    let Tracker { kind, modes, tracks, detections, .. } = *tracker;
+    match kind {
+        Kind::ImmPdaf => Ok(Work::imm_pdaf(tracks, detections, modes)),
+        Kind::ImmJpda { nodes: 64 } => Ok(Work::imm_jpda::<64>(tracks, detections, modes)),
+        Kind::ImmJpda { nodes: 256 } => Ok(Work::imm_jpda::<256>(tracks, detections, modes)),
+        Kind::ImmJpda { nodes } => Err(Failure::input(format!("no formula for {nodes} nodes"))),
+    }
+}
+
+/// Cycles of a scan beside the steps.
+const SCAN: u64 = 3000;
+/// Cycles of a step, by its kind.
+const STEP: Work = Work {
+    predictions: 1200,
+    innovations: 1000,
+    residuals: 230,
+    corrections: 1000,
+    association: 45,
+    comparisons: 200,
+    fixes: 2300,
+    pairings: 2700,
+    looks: 10,
+};
+
+/// What work amounts to in cycles of a Cortex-M4, by the estimates of this file.
+#[must_use]
+pub fn cycles(work: &Work) -> u64 {
+    SCAN + work.predictions * STEP.predictions
+        + work.innovations * STEP.innovations
+        + work.residuals * STEP.residuals
+        + work.corrections * STEP.corrections
+        + work.association * STEP.association
+        + work.comparisons * STEP.comparisons
+        + work.fixes * STEP.fixes
+        + work.pairings * STEP.pairings
+        + work.looks * STEP.looks
+}

@@ -1,0 +1,142 @@
+//! What the budget covers: trackers and their capacities, kernels, pieces.
+//!
+//! A new kind of tracker is an entry of [`KINDS`], an arm of `configuration` in firmware-example/build.rs and a row of
+//! firmware-example/src/bin/memory.rs.
+
+use super::image::Image;
+use crate::Failure;
+use serde::{Deserialize, Serialize};
+
+/// The kinds of tracker.
+const KINDS: [Kind; 3] = [Kind::ImmPdaf, Kind::ImmJpda { nodes: 64 }, Kind::ImmJpda { nodes: 256 }];
+/// States and modes
+const MOTIONS: [(usize, usize); 2] = [(4, 3), (6, 2)];
+/// Tracks and detections
+pub const ROOMS: [(usize, usize); 3] = [(4, 8), (16, 32), (32, 64)];
+
+/// Tracks and detections of the table of sizes, as in firmware-example/src/bin/memory.rs.
+pub const TRACKS: [usize; 3] = [4, 16, 32];
+/// See [`TRACKS`].
+pub const DETECTIONS: [usize; 3] = [8, 32, 64];
+
+/// What the image `budget` exports.
+pub const KERNELS: [&str; 4] = ["imm6_step", "imm4_step", "jpda_marginals", "kf4_step"];
+/// What the image `kernels` exports.
+pub const PIECES: [&str; 11] = [
+    "ekf2_update_4",
+    "ekf3_update_4",
+    "ekf4_update_9",
+    "ukf4_update_9",
+    "convert_polar",
+    "turn_predict_5",
+    "mix3_4",
+    "mix7_4",
+    "gate64_polar",
+    "gate64_plane",
+    "cluster16_32",
+];
+
+/// A kind of tracker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Every track associated as if it were alone
+    ImmPdaf,
+    /// All tracks associated together
+    ImmJpda {
+        /// Room for sets of served tracks
+        nodes: usize,
+    },
+}
+
+/// A tracker with its capacities.
+#[derive(Debug, Clone, Copy)]
+pub struct Tracker {
+    pub kind: Kind,
+    pub states: usize,
+    pub modes: usize,
+    pub tracks: usize,
+    pub detections: usize,
+}
+
+impl Tracker {
+    /// As the build of the image reads it.
+    pub fn name(&self) -> String {
+        let Self { states, modes, tracks, detections, .. } = self;
+        match self.kind {
+            Kind::ImmPdaf => format!("imm-pdaf {states}x{modes} {tracks}x{detections}"),
+            Kind::ImmJpda { nodes } => format!("imm-jpda {states}x{modes} {tracks}x{detections} {nodes}"),
+        }
+    }
+}
+
+/// A sweep needs a node for every detection and one more.
+pub fn is_possible(kind: Kind, detections: usize) -> bool {
+    !matches!(kind, Kind::ImmJpda { nodes } if nodes <= detections)
+}
+
+/// All trackers of the budget.
+pub fn trackers() -> impl Iterator<Item = Tracker> {
+    let motions = KINDS.into_iter().flat_map(|kind| MOTIONS.into_iter().map(move |motion| (kind, motion)));
+    let all = motions.flat_map(|(kind, (states, modes))| {
+        ROOMS.into_iter().map(move |(tracks, detections)| Tracker { kind, states, modes, tracks, detections })
+    });
+    all.filter(|tracker| is_possible(tracker.kind, tracker.detections))
+}
+
+/// Bytes of the states of one kind and motion: a row for every number of tracks, a column for every number of detections.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Row {
+    pub name: String,
+    pub bytes: [[u64; 3]; 3],
+}
+
+/// Bytes of all states, by kind and motion.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Sizes(pub Vec<Row>);
+
+impl Sizes {
+    /// Bytes of one tracker's state.
+    pub fn ram(&self, tracker: &Tracker) -> Result<u64, Failure> {
+        let row = self.0.iter().find(|row| row.name == row_name(tracker.kind, (tracker.states, tracker.modes)));
+        let place = |list: [usize; 3], wanted| list.iter().position(|n| *n == wanted);
+        let found = row.zip(place(TRACKS, tracker.tracks)).zip(place(DETECTIONS, tracker.detections));
+        found.map(|((row, t), d)| row.bytes[t][d]).ok_or_else(|| Failure::input("not in the table of sizes").within(tracker.name()))
+    }
+}
+
+/// The table `STATES` of the image `memory`.
+pub fn sizes(memory: &Image) -> Result<Sizes, Failure> {
+    let bytes = memory.data("STATES")?;
+    let (words, _) = bytes.as_chunks::<4>();
+    let (rows, _) = words.as_chunks::<3>();
+    let (tables, _) = rows.as_chunks::<3>();
+    let names = KINDS.into_iter().flat_map(|kind| MOTIONS.map(|motion| (kind, motion)));
+    if tables.len() != KINDS.len() * MOTIONS.len() {
+        return Err(Failure::input("the table STATES has another shape than the budget"));
+    }
+    let row = |((kind, motion), table): (_, &[[[u8; 4]; 3]; 3])| Row {
+        name: row_name(kind, motion),
+        bytes: table.map(|row| row.map(|word| u64::from(u32::from_le_bytes(word)))),
+    };
+    Ok(Sizes(names.zip(tables).map(row).collect()))
+}
+
+/// The kind that a row of sizes is of.
+pub fn row_name(kind: Kind, (states, modes): (usize, usize)) -> String {
+    match kind {
+        Kind::ImmPdaf => format!("imm-pdaf {states}x{modes}"),
+        Kind::ImmJpda { nodes } => format!("imm-jpda {states}x{modes} {nodes}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_jpda_with_too_few_nodes_is_left_out() {
+        assert_eq!(trackers().count(), 16);
+        assert!(trackers().all(|tracker| tracker.name() != "imm-jpda 4x3 32x64 64"));
+    }
+}

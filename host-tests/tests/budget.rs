@@ -1,0 +1,278 @@
+//! The work of whole trackers against the formulas of their worst case, in a build that counts.
+//!
+//! Models and associators that count their calls take the place of the plain ones; joint association counts its own steps.
+
+use boresight::association::{Jpda, Pda, SingleAssociator, take_operations};
+use boresight::gaussian::{Gaussian, Innovation};
+use boresight::mode::{JumpMatrix, ModeSet};
+use boresight::model::radar::Radar;
+use boresight::model::{Fix, Layout, MeasurementModel};
+use boresight::scan::{Detection, Report, Scan};
+use boresight::sensor::{Clutter, Sensor as _, UniformSensor};
+use boresight::symmetric::Symmetric;
+use boresight::time::Instant;
+use boresight::track::Status;
+use boresight::tracker::{ImmJpda, ImmPdaf, Work};
+use host_tests::budget::bound;
+use nalgebra::{SMatrix, SVector};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::cell::Cell;
+use std::error::Error;
+use std::path::Path;
+use std::sync::Mutex;
+use twin::load::{self, Room, Subject};
+use twin::loaded::{Accelerating, Loaded, Motion, Turning};
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+/// Joint association counts for all threads together.
+static COUNTER: Mutex<()> = Mutex::new(());
+
+thread_local! {
+    static COUNTED: Cell<Work> = const { Cell::new(NOTHING) };
+}
+
+const NOTHING: Work = Work::imm_pdaf(0, 0, 0);
+
+fn count(add: impl FnOnce(&mut Work)) {
+    let mut work = COUNTED.get();
+    add(&mut work);
+    COUNTED.set(work);
+}
+
+/// A model that counts its calls.
+#[derive(Clone, Copy, Debug)]
+struct Counting<M>(M);
+
+impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const MODES: usize> ModeSet<f32, NX, MODES> for Counting<M> {
+    const LAYOUT: Layout = M::LAYOUT;
+
+    fn predict(&self, mode: usize, g: &mut Gaussian<f32, NX>, dt: f32) {
+        count(|work| work.predictions += 1);
+        self.0.predict(mode, g, dt);
+    }
+}
+
+impl<M: Motion<NX, MODES>, const NX: usize, const MODES: usize> Motion<NX, MODES> for Counting<M> {
+    fn new() -> Result<(Self, JumpMatrix<f32, MODES>, [f32; MODES]), boresight::error::ConfigError> {
+        let (modes, jump, initial) = M::new()?;
+        Ok((Self(modes), jump, initial))
+    }
+}
+
+impl<M: MeasurementModel<f32, NX, NZ>, const NX: usize, const NZ: usize> MeasurementModel<f32, NX, NZ> for Counting<M> {
+    const LAYOUT: Layout = M::LAYOUT;
+
+    fn observe(&self, x: &SVector<f32, NX>) -> SVector<f32, NZ> {
+        self.0.observe(x)
+    }
+    fn jacobian(&self, x: &SVector<f32, NX>) -> SMatrix<f32, NZ, NX> {
+        self.0.jacobian(x)
+    }
+    fn noise(&self, x: &SVector<f32, NX>) -> Symmetric<f32, NZ> {
+        self.0.noise(x)
+    }
+    fn residual(&self, z: &SVector<f32, NZ>, z_hat: &SVector<f32, NZ>) -> SVector<f32, NZ> {
+        count(|work| work.residuals += 1);
+        self.0.residual(z, z_hat)
+    }
+    fn innovation(&self, g: &Gaussian<f32, NX>) -> Innovation<f32, NX, NZ> {
+        count(|work| work.innovations += 1);
+        self.0.innovation(g)
+    }
+    fn locate(&self, z: &SVector<f32, NZ>, noise: &Symmetric<f32, NZ>) -> Option<Fix<f32>> {
+        count(|work| work.fixes += 1);
+        self.0.locate(z, noise)
+    }
+    fn is_finite(&self) -> bool {
+        self.0.is_finite()
+    }
+    fn nominal_noise(&self) -> Symmetric<f32, NZ> {
+        self.0.nominal_noise()
+    }
+}
+
+/// PDA that counts the weights it is given.
+#[derive(Clone, Copy, Debug, Default)]
+struct CountingPda;
+
+impl SingleAssociator<f32> for CountingPda {
+    fn associate(&self, miss: f32, hit: &mut [f32]) -> f32 {
+        count(|work| work.association += hit.len() as u64 + 1);
+        Pda.associate(miss, hit)
+    }
+}
+
+type Sensor<const STRIDE: usize> = UniformSensor<Counting<Radar<f32, 2, 2, STRIDE>>, f32>;
+
+/// One scan: what the tracker said of it, and what its steps amount to in cycles.
+struct Taken {
+    report: Report,
+    cycles: u64,
+}
+
+/// A tracker whose every scan is held against the formula.
+struct Held<K: Loaded<NX, MODES>, const NX: usize, const MODES: usize, const STRIDE: usize> {
+    tracker: K,
+    sensor: Sensor<STRIDE>,
+    state: Box<K::State>,
+    room: Room,
+    formula: Work,
+    worst: Work,
+    taken: Vec<Taken>,
+}
+
+impl<K: Loaded<NX, MODES>, const NX: usize, const MODES: usize, const STRIDE: usize> Subject for Held<K, NX, MODES, STRIDE>
+where
+    Radar<f32, 2, 2, STRIDE>: MeasurementModel<f32, NX, 2>,
+{
+    fn crowd(&mut self, at: Instant) {
+        assert!(self.tracker.crowd(&mut self.state, self.room.tracks, at), "not every cue has found room");
+    }
+
+    fn step(&mut self, scan: &Scan<'_, f32, 2>) -> bool {
+        COUNTED.set(NOTHING);
+        take_operations();
+        let Ok(report) = self.tracker.step(&mut self.state, &self.sensor, scan) else { return false };
+        let counted = COUNTED.get();
+        let tracks = counted.predictions / MODES as u64;
+        let pairings = u64::from(report.births) + u64::from(report.births_refused);
+        let seen = Work {
+            association: counted.association + take_operations() as u64,
+            pairings,
+            // No model is called for these: as many as follow from the others.
+            corrections: counted.predictions,
+            comparisons: tracks * tracks.saturating_sub(1) / 2,
+            looks: pairings * (2 * self.room.tracks as u64 + 1),
+            ..counted
+        };
+        let most = self.formula;
+        for (kind, seen, most, worst) in [
+            ("predictions", seen.predictions, most.predictions, &mut self.worst.predictions),
+            ("innovations", seen.innovations, most.innovations, &mut self.worst.innovations),
+            ("residuals", seen.residuals, most.residuals, &mut self.worst.residuals),
+            ("association", seen.association, most.association, &mut self.worst.association),
+            ("fixes", seen.fixes, most.fixes, &mut self.worst.fixes),
+            ("pairings", seen.pairings, most.pairings, &mut self.worst.pairings),
+        ] {
+            assert!(seen <= most, "{kind}: {seen} steps, {most} by the formula");
+            *worst = seen.max(*worst);
+        }
+        self.taken.push(Taken { report, cycles: bound::cycles(&seen) });
+        true
+    }
+
+    fn confirmed(&self) -> usize {
+        self.tracker.estimates(&self.state).filter(|estimate| estimate.status != Status::Tentative).count()
+    }
+}
+
+impl<K: Loaded<NX, MODES>, const NX: usize, const MODES: usize, const STRIDE: usize> Held<K, NX, MODES, STRIDE>
+where
+    Radar<f32, 2, 2, STRIDE>: MeasurementModel<f32, NX, 2>,
+{
+    fn new(room: Room, formula: Work) -> Result<Self, Box<dyn Error>> {
+        let plain = room.sensor::<STRIDE>()?;
+        let sensor = plain.with_model(Counting(plain.model));
+        Ok(Self { tracker: K::new()?, sensor, state: Box::default(), room, formula, worst: NOTHING, taken: Vec::new() })
+    }
+
+    /// Scans of any number of detections, near and far from each other, with clutter of known and of unknown density.
+    fn random(&mut self) -> Outcome {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let time = |k: u64| Instant::from_millis(100_000 + 1000 * k);
+        for k in 1..120 {
+            let clutter = if k / 20 % 2 == 0 { Clutter::Poisson(1e-4) } else { Clutter::Diffuse };
+            self.sensor = UniformSensor::new(self.sensor.model, 0.9, clutter, *self.sensor.gate())?;
+            if k % 6 == 5 {
+                self.crowd(time(k - 1));
+            }
+            let spread: f32 = [30.0, 300.0, 3000.0][(k / 3 % 3) as usize];
+            let mut near = |middle: f32, scale: f32| middle + rng.random_range(-spread..spread) * scale;
+            let mut plots = vec![Detection::new([0.0; 2]); self.room.detections];
+            plots.iter_mut().for_each(|plot| *plot = Detection::new([near(12_000.0, 1.0), near(1.57, 1.0 / 12_000.0)]));
+            plots.truncate(rng.random_range(0..=self.room.detections));
+            assert!(self.step(&Scan::new(time(k), &plots)));
+        }
+        Ok(())
+    }
+}
+
+/// The scans of the images, then random ones; what became of the former.
+fn hold<K: Loaded<NX, MODES>, const NX: usize, const MODES: usize, const STRIDE: usize>(
+    room: Room,
+    formula: Work,
+) -> Result<Vec<Taken>, Box<dyn Error>>
+where
+    Radar<f32, 2, 2, STRIDE>: MeasurementModel<f32, NX, 2>,
+{
+    let _alone = COUNTER.lock();
+    let mut held = Held::<K, NX, MODES, STRIDE>::new(room, formula)?;
+    assert!(load::run(&mut held, room), "a scan was refused, or the targets were not found");
+    let taken = std::mem::take(&mut held.taken);
+    held.random()?;
+    println!("{:?}\n    of at most {formula:?}", held.worst);
+    // The adversarial scans reach what the numbers of tracks and detections alone decide, so the formula is not idle.
+    let decided = |work: Work| (work.predictions, work.fixes, work.pairings);
+    assert_eq!(decided(held.worst), decided(formula));
+    assert!(2 * held.worst.residuals >= formula.residuals && 2 * held.worst.innovations >= formula.innovations);
+    Ok(taken)
+}
+
+macro_rules! single {
+    ($modes:ty, $nx:literal, $mode_count:literal, $tracks:literal, $dets:literal) => {{
+        type Single = ImmPdaf<f32, Counting<$modes>, $nx, $mode_count, $tracks, $dets, CountingPda>;
+        let most = ImmPdaf::<f32, $modes, $nx, $mode_count, $tracks, $dets>::worst_case();
+        hold::<Single, $nx, $mode_count, { $nx / 2 }>(Room { tracks: $tracks, detections: $dets }, most)?
+    }};
+}
+
+macro_rules! joint {
+    ($modes:ty, $nx:literal, $mode_count:literal, $tracks:literal, $dets:literal, $nodes:literal) => {{
+        type Joint = ImmJpda<f32, Counting<$modes>, $nx, $mode_count, $tracks, $dets, Jpda<$nodes>>;
+        hold::<Joint, $nx, $mode_count, { $nx / 2 }>(Room { tracks: $tracks, detections: $dets }, Joint::worst_case())?
+    }};
+}
+
+#[test]
+fn no_scan_takes_more_work_than_the_formula() -> Outcome {
+    single!(Turning, 4, 3, 1, 1);
+    single!(Turning, 4, 3, 16, 32);
+    single!(Accelerating, 6, 2, 32, 64);
+    let crowded = [
+        joint!(Turning, 4, 3, 4, 8, 64),
+        joint!(Turning, 4, 3, 16, 32, 256),
+        joint!(Accelerating, 6, 2, 16, 32, 64),
+        joint!(Turning, 4, 3, 32, 64, 256),
+    ];
+    for taken in crowded {
+        let given_up = |part: &[Taken]| part.iter().map(|t| t.report.clusters_bounded + t.report.clusters_approximated).sum::<u16>();
+        let (recorded, adversarial) = taken.split_at(load::SCANS);
+        // The crowd makes joint association give up the exact sum: otherwise nothing was adversarial.
+        assert_eq!((given_up(recorded), usize::from(given_up(adversarial))), (0, load::ROUNDS));
+    }
+    Ok(())
+}
+
+#[test]
+fn published_cycles_are_within_what_the_steps_of_their_scans_amount_to() -> Outcome {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware-example/budget.toml");
+    let published: toml::Table = std::fs::read_to_string(file)?.parse()?;
+    for (name, taken) in [
+        ("imm-pdaf 4x3 4x8", single!(Turning, 4, 3, 4, 8)),
+        ("imm-pdaf 6x2 32x64", single!(Accelerating, 6, 2, 32, 64)),
+        ("imm-jpda 4x3 16x32 64", joint!(Turning, 4, 3, 16, 32, 64)),
+        ("imm-jpda 6x2 4x8 64", joint!(Accelerating, 6, 2, 4, 8, 64)),
+        ("imm-jpda 4x3 32x64 256", joint!(Turning, 4, 3, 32, 64, 256)),
+    ] {
+        let (recorded, adversarial) = taken.split_at(load::SCANS);
+        for (scenario, part) in [("recorded", recorded), ("adversarial", adversarial)] {
+            let counted = published["trackers"][name][scenario]["worst_cycles"].as_integer().ok_or("no cycles")?;
+            let amount = part.iter().map(|taken| taken.cycles).max().unwrap_or_default();
+            println!("{name}, {scenario}: {counted} of {amount} cycles");
+            assert!(counted > 0 && counted.unsigned_abs() <= amount, "{name}, {scenario}: {counted} of {amount} cycles");
+        }
+    }
+    Ok(())
+}
