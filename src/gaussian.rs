@@ -183,8 +183,7 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
         let ge = rows.each_ref().map(|row| by.e.times(row));
         let taken: [T; NX] = core::array::from_fn(|i| dot(&ge[i], &rows[i]));
         let variance: [T; NX] = core::array::from_fn(|i| p[i][i] - taken[i]);
-        let flaws = variance.map(|v| v.abs() - v);
-        let flaw = flaws.iter().fold(by.w.iter().fold(T::ZERO, |sum, w| sum + *w) * T::ZERO, |sum, flaw| sum + *flaw);
+        let flaw = sum(&variance.map(|v| v.abs() - v)) + sum(&by.w) * T::ZERO;
         if flaw != T::ZERO {
             return false;
         }
@@ -284,6 +283,15 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
 #[must_use]
 pub(crate) const fn zero_vector<T: Real, const N: usize>() -> SVector<T, N> {
     SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; N]; 1]))
+}
+
+#[inline(always)]
+fn sum<T: Real, const N: usize>(a: &[T; N]) -> T {
+    let mut sum = a[0];
+    for i in 1..N {
+        sum += a[i];
+    }
+    sum
 }
 
 #[inline(always)]

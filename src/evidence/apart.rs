@@ -17,14 +17,15 @@
 use super::sums::{Found, Sums, correct};
 use super::{Evidence, Innovations, Kind, Rate};
 use crate::association::{Pda, SingleAssociator};
-use crate::gaussian::{Gaussian, Innovation, ResidualDensity, dot, noise_is_sharp};
+use crate::gaussian::{Innovation, ResidualDensity, dot, noise_is_sharp};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
 use crate::scalar::{Real, exp, is_finite, ln};
 use crate::scan::Detection;
 use crate::sensor::Sensor;
+use crate::symmetric::Symmetric;
 use crate::time::Duration;
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 /// The least reference where a miss is possible.
 const LEAST_REFERENCE: f64 = -60.0;
@@ -85,7 +86,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         } else {
             for (number, hit) in self.gated.iter().zip(&mut self.hit) {
                 let Some(detection) = detections.get(usize::from(*number)) else { break };
-                *hit = ln_mixture(c, &ln_likelihoods(model, innovations, detection));
+                *hit = ln_mixture(c, &seen(model, innovations, detection).map(|(density, nu)| density.ln_at(&nu)));
             }
         }
         for (_, ln_m) in self.gated.iter().zip(&self.hit) {
@@ -114,28 +115,85 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         if self.kind == Kind::OwnTime {
             return self.absorb_at_their_times(beta_0, bank, innovations, model, detections);
         }
-        let weighed = || {
-            self.gated.iter().zip(&self.hit).filter_map(|(number, beta)| {
-                let detection = detections.get(usize::from(*number))?;
-                Some((detection, shares(&bank.prob, *beta, &ln_likelihoods(model, innovations, detection))))
-            })
-        };
+        // The sums of every mode, and whether a detection is sharp in it.
+        let mut sums = [(Sums::ZERO, false); MODES];
+        for (detection, shares) in self.shared(bank, innovations, model, detections) {
+            for (r, Share { p, s_inv, nu }) in shares.iter().enumerate() {
+                let (sums, sharp) = &mut sums[r];
+                sums.add(*p, &s_inv.times(&nu.data.0[0]));
+                for k in 0..NZ {
+                    for l in k..NZ {
+                        sums.second.upper_mut()[k][l] += *p * s_inv.upper()[k][l];
+                    }
+                }
+                *sharp |= is_sharp(&innovations[r], detection);
+            }
+        }
         let mut resets = 0;
-        let mut evidence = [beta_0; MODES];
-        let mut corrected = bank.modes;
-        for (r, (mode, innovation)) in corrected.iter_mut().zip(innovations).enumerate() {
-            let mine = || weighed().map(|(detection, shares)| (detection, shares[r]));
-            let (e, kept) = if mine().any(|(detection, _)| is_sharp(innovation, detection)) {
-                correct_sharply(mode, model, innovation, beta_0, mine)
-            } else {
-                correct_apart(mode, model, innovation, beta_0, mine)
-            };
-            evidence[r] = e;
+        if sums.iter().any(|(_, sharp)| *sharp) {
+            resets += self.correct_sharply(beta_0, &sums, bank, innovations, model, detections);
+        }
+        for r in (0..MODES).filter(|r| !sums[*r].1) {
+            let (_, kept) = correct::<T, false, NX, NZ>(&mut bank.modes[r], &innovations[r], &sums[r].0, beta_0);
             resets += u16::from(!kept);
         }
-        bank.modes = corrected;
-        bank.weigh(&evidence);
+        bank.weigh(&sums.map(|(sums, _)| beta_0 + sums.evidence));
         resets
+    }
+
+    /// Corrects the modes that are sharp, by sums of positive terms. Returns how many refused.
+    #[inline(never)]
+    fn correct_sharply<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+        &self,
+        miss: T,
+        sums: &[(Sums<T, NZ>, bool); MODES],
+        bank: &mut ModeBank<T, NX, MODES>,
+        innovations: &Innovations<T, NX, NZ, MODES>,
+        model: &M,
+        detections: &[Detection<T, NZ>],
+    ) -> u16 {
+        let mut modes: [_; MODES] = core::array::from_fn(|r| {
+            let (g, scale) = (&bank.modes[r], T::ONE / (miss + sums[r].0.evidence));
+            let shift = innovations[r].cross * SVector::from(sums[r].0.first) * scale;
+            let cov = (g.cov.to_matrix() + shift * shift.transpose()) * (miss * scale);
+            Mixture { scale, shift, cov, h: model.jacobian(&g.mean), noise: model.noise(&g.mean) }
+        });
+        for (detection, shares) in self.shared(bank, innovations, model, detections) {
+            for r in (0..MODES).filter(|r| sums[*r].1) {
+                let (Share { p, s_inv, nu }, mixture) = (&shares[r], &mut modes[r]);
+                let gain = innovations[r].cross * s_inv.to_matrix();
+                let d = gain * nu - mixture.shift;
+                let joseph = bank.modes[r].joseph(&gain, &mixture.h, detection.noise.as_ref().unwrap_or(&mixture.noise));
+                mixture.cov += (joseph + d * d.transpose()) * (*p * mixture.scale);
+            }
+        }
+        let mut resets = 0;
+        for (r, Mixture { scale, shift, cov, .. }) in modes.iter().enumerate() {
+            let (sums, sharp) = &sums[r];
+            let evidence = miss + sums.evidence;
+            if *sharp && evidence > T::lit(LEAST_PROBABILITY) && is_finite(*scale) {
+                let mean = bank.modes[r].mean + shift;
+                resets += u16::from(!bank.modes[r].replace(mean, cov));
+            }
+        }
+        resets
+    }
+
+    /// The gated detections, each with its shares in the modes.
+    fn shared<'a, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+        &'a self,
+        bank: &ModeBank<T, NX, MODES>,
+        innovations: &'a Innovations<T, NX, NZ, MODES>,
+        model: &'a M,
+        detections: &'a [Detection<T, NZ>],
+    ) -> impl Iterator<Item = (&'a Detection<T, NZ>, [Share<T, NZ>; MODES])> + use<'a, T, M, NX, NZ, MODES, DETS> {
+        let c = bank.prob;
+        self.gated.iter().zip(&self.hit).filter_map(move |(number, beta)| {
+            let detection = detections.get(usize::from(*number))?;
+            let seen = seen(model, innovations, detection);
+            let p = shares(&c, *beta, &core::array::from_fn(|r| seen[r].0.ln_at(&seen[r].1)));
+            Some((detection, core::array::from_fn(|r| Share { p: p[r], s_inv: seen[r].0.s_inv, nu: seen[r].1 })))
+        })
     }
 
     /// [`pda`](Self::pda) by logarithms.
@@ -156,57 +214,22 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     }
 }
 
-/// Corrects a mode by detections with their weights, where a miss weighs `miss`. Returns the evidence, and whether the correction
-/// was kept.
-fn correct_apart<'a, T: Real, M: MeasurementModel<T, NX, NZ>, I, const NX: usize, const NZ: usize>(
-    mode: &mut Gaussian<T, NX>,
-    model: &M,
-    innovation: &Innovation<T, NX, NZ>,
-    miss: T,
-    weighed: impl Fn() -> I,
-) -> (T, bool)
-where
-    I: Iterator<Item = (&'a Detection<T, NZ>, T)>,
-{
-    let mut sums = Sums::ZERO;
-    for (detection, p) in weighed() {
-        let s_inv = density_of(innovation, detection).s_inv;
-        sums.add(p, &s_inv.times(&model.residual(&detection.z, &innovation.z_hat).data.0[0]));
-        for k in 0..NZ {
-            for l in k..NZ {
-                sums.second.upper_mut()[k][l] += p * s_inv.upper()[k][l];
-            }
-        }
-    }
-    correct::<T, false, NX, NZ>(mode, innovation, &sums, miss)
+/// What a detection gives to one mode.
+struct Share<T, const NZ: usize> {
+    p: T,
+    s_inv: Symmetric<T, NZ>,
+    nu: SVector<T, NZ>,
 }
 
-/// The same as a sum of positive terms.
-fn correct_sharply<'a, T: Real, M: MeasurementModel<T, NX, NZ>, I, const NX: usize, const NZ: usize>(
-    mode: &mut Gaussian<T, NX>,
-    model: &M,
-    innovation: &Innovation<T, NX, NZ>,
-    miss: T,
-    weighed: impl Fn() -> I,
-) -> (T, bool)
-where
-    I: Iterator<Item = (&'a Detection<T, NZ>, T)>,
-{
-    let evidence = weighed().fold(miss, |sum, (_, p)| sum + p);
-    if evidence <= T::lit(LEAST_PROBABILITY) || !is_finite(evidence) {
-        return (evidence, true);
-    }
-    let gain = |detection: &Detection<T, NZ>| innovation.cross * density_of(innovation, detection).s_inv.to_matrix();
-    let moved = |detection: &Detection<T, NZ>| gain(detection) * model.residual(&detection.z, &innovation.z_hat);
-    let mean = weighed().fold(SVector::zeros(), |sum, (detection, p)| sum + moved(detection) * (p / evidence));
-    let (h, noise) = (model.jacobian(&mode.mean), model.noise(&mode.mean));
-    let mut cov = (mode.cov.to_matrix() + mean * mean.transpose()) * (miss / evidence);
-    for (detection, p) in weighed() {
-        let d = moved(detection) - mean;
-        let joseph = mode.joseph(&gain(detection), &h, detection.noise.as_ref().unwrap_or(&noise));
-        cov += (joseph + d * d.transpose()) * (p / evidence);
-    }
-    (evidence, mode.replace(mode.mean + mean, &cov))
+/// A mode as the mixture of what it is without a detection and with each.
+struct Mixture<T, const NX: usize, const NZ: usize> {
+    /// 1 / e
+    scale: T,
+    /// Its mean less that of the prediction
+    shift: SVector<T, NX>,
+    cov: SMatrix<T, NX, NX>,
+    h: SMatrix<T, NZ, NX>,
+    noise: Symmetric<T, NZ>,
 }
 
 /// Whether the noise of a detection, its own or the sensor's, is sharp.
@@ -231,16 +254,13 @@ pub(super) fn shares<T: Real, const MODES: usize>(c: &[T; MODES], beta: T, ln_li
     likelihood.map(|l| factor * l)
 }
 
-/// ln L_r of a detection with its own noise, or the sensor's.
-fn ln_likelihoods<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+/// The density of a detection in every mode, with its own noise or the sensor's, and its residual.
+fn seen<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
     model: &M,
     innovations: &Innovations<T, NX, NZ, MODES>,
     detection: &Detection<T, NZ>,
-) -> [T; MODES] {
-    innovations.each_ref().map(|innovation| {
-        let nu = model.residual(&detection.z, &innovation.z_hat);
-        density_of(innovation, detection).ln_at(&nu)
-    })
+) -> [(ResidualDensity<T, NZ>, SVector<T, NZ>); MODES] {
+    innovations.each_ref().map(|innovation| (density_of(innovation, detection), model.residual(&detection.z, &innovation.z_hat)))
 }
 
 /// The density of a detection in a mode: with its own noise, or the sensor's.

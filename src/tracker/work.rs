@@ -6,7 +6,7 @@
 //!                   IMM-PDAF        IMM-JPDA
 //! predictions       t r             t r               of one mode
 //! innovations       t r             2 t r             of one mode: before the association, and after it
-//! residuals         t m (1 + 2 r)   t m (1 + 2 r)     m for the gate, r m for likelihoods, r m for corrections
+//! residuals         t m (1 + 3 r)   t m (1 + 3 r)     m for the gate, r m for likelihoods, r m for corrections, again where sharp
 //! corrections       t r             t r               of one mode
 //! association       t (m + 1)       A + 6 t m         weights, or the steps A of the joint association and its matrix
 //! comparisons       t (t − 1) / 2   t (t − 1) / 2     of two tracks on one target
@@ -49,7 +49,7 @@ impl Work {
         Self {
             predictions: t * r,
             innovations: t * r,
-            residuals: t * m * (1 + 2 * r),
+            residuals: t * m * (1 + 3 * r),
             corrections: t * r,
             association: t * (m + 1),
             comparisons: t * t.saturating_sub(1) / 2,
