@@ -10,7 +10,7 @@ use std::{env, fs, path::PathBuf};
 /// Images that log through defmt.
 const WITH_DEFMT: [&str; 1] = ["demo"];
 /// Images that print plain text, or nothing.
-const WITHOUT_DEFMT: [&str; 6] = ["budget", "empty", "kernels", "memory", "selftest", "tracker"];
+const WITHOUT_DEFMT: [&str; 7] = ["budget", "empty", "fusion", "kernels", "memory", "selftest", "tracker"];
 
 /// A library built with defmt support leaves sections that only defmt's script places.
 const NO_DEFMT_X: &str = "SECTIONS { /DISCARD/ : { *(.defmt .defmt.*); } }\n";
@@ -48,6 +48,7 @@ fn configuration(tracker: &str, most_ram: &str) -> Option<String> {
     let (tracks, dets) = room.split_once('x')?;
     let (modes, nx, mode_count) = match motion {
         "4x3" => ("Turning", 4, 3),
+        "4x7" => ("ManyTurns", 4, 7),
         "6x2" => ("Accelerating", 6, 2),
         _ => return None,
     };
@@ -56,6 +57,10 @@ fn configuration(tracker: &str, most_ram: &str) -> Option<String> {
         ("imm-jpda", Some(nodes)) => (
             format!("ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
             format!("JointState<f32, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
+        ),
+        ("lms-jpda", Some(nodes)) => (
+            format!("LmsJpda<f32, Modes, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
+            format!("LmsState<f32, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
         ),
         _ => return None,
     };

@@ -24,6 +24,8 @@ pub enum ConfigError {
     BadWindow,
     /// Thresholds of existence out of order: 0 < delete < birth < 1 and delete < confirm < 1 − 1e-6 are needed.
     BadThresholds,
+    /// Likely modes with thresholds out of order or an impossible minimum: 0 ≤ t₁ < t₂ ≤ 1 and 1 ≤ K ≤ modes are needed.
+    BadLikelyModes,
     /// An unambiguous speed for a radar that does not measure range-rate.
     NoRangeRate,
 }
@@ -57,6 +59,7 @@ impl fmt::Display for ConfigError {
             ConfigError::NotDefinite => "a covariance is not positive definite",
             ConfigError::BadWindow => "M-of-N logic needs 1 <= M <= N <= 32",
             ConfigError::BadThresholds => "existence needs 0 < delete < birth < 1 and delete < confirm < 1",
+            ConfigError::BadLikelyModes => "likely modes need 0 <= t1 < t2 <= 1 and 1 <= K <= the number of modes",
             ConfigError::NoRangeRate => "the radar does not measure range-rate",
         })
     }

@@ -57,7 +57,8 @@
 //! |---|---|---|
 //! | [`ImmPdaf`](tracker::ImmPdaf) | manoeuvring, in clutter, apart from each other most of the time | here |
 //! | [`ImmJpda`](tracker::ImmJpda) | the same, close to each other and crossing | here |
-//! | LMS-JPDAF, merged-measurement coupled filter, jump-Markov GLMB | many modes, unresolved, labelled | not yet |
+//! | [`LmsJpda`](tracker::LmsJpda) | the same with many modes, of which each track runs the likely ones | here |
+//! | merged-measurement coupled filter, jump-Markov GLMB | unresolved, labelled | not yet |
 //!
 //! `ImmPdaf` with one mode is the PDAF; with [`NearestNeighbour`](association::NearestNeighbour) the nearest-neighbour
 //! filter. `ImmJpda` takes [`Jpda`](association::Jpda), or [`Gnn`](association::Gnn) as a baseline; with one mode it is the
@@ -73,12 +74,13 @@
 //! | [`scalar`], [`symmetric`], [`time`], [`error`] | `f32` or `f64` with our own transcendentals; covariances; microseconds; the flat errors |
 //! | [`gaussian`] | densities, predicted measurements, the correction x += G w, P −= G E G' |
 //! | [`model`] | motion (CV, CA, Singer, turns) and measurement (position, radar) by three plain functions and one fast override |
-//! | [`mode`] | several models at once: the mode bank and the interacting multiple model |
+//! | [`mode`] | several models at once: the mode bank, the interacting multiple model, the set of likely modes |
 //! | [`association`] | gates; from likelihood ratios to probabilities, knowing no state: single, joint, assignment |
 //! | [`scan`], [`sensor`] | what goes in and comes out; P_D and clutter |
 //! | [`evidence`] | what a scan says of one track: gate, score, absorb |
 //! | [`track`], [`initiation`] | identity, confirmation, deletion; starting tracks from plots |
 //! | [`tracker`] | complete trackers, each with its equations, its memory and its `step` |
+//! | [`fusion`] | tracks of several trackers: registered, associated, fused; messages between nodes |
 //!
 //! # What it promises
 //!
@@ -102,6 +104,7 @@ mod unrolled;
 pub mod association;
 pub mod error;
 pub mod evidence;
+pub mod fusion;
 pub mod gaussian;
 pub mod initiation;
 pub mod mode;

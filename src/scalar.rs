@@ -3,8 +3,8 @@
 //! nalgebra's [`RealField`] brings the arithmetic. It also brings `exp`, `sin` and their kin, but those come from
 //! the platform's mathematics library wherever `std` is linked, so a desk and a target would disagree in the last
 //! bits. The functions of this module are the only transcendentals the library calls. In `f32` they use nothing
-//! but IEEE additions, multiplications, divisions and roots in single precision: our own [`exp`], [`ln`] and
-//! [`sin_cos`], `libm` for [`atan2`] and [`erf`], and the correctly rounded [`sqrt`], on the target by the one
+//! but IEEE additions, multiplications, divisions and roots in single precision: our own [`exp`], [`ln`], [`sin_cos`] and
+//! [`atan2`], `libm` for [`erf`], and the correctly rounded [`sqrt`], on the target by the one
 //! instruction in `scalar/square_root.rs`. Equal inputs give equal bits on every machine, and no double-precision code
 //! is linked.
 //!
@@ -14,9 +14,22 @@
 //! ln     x = 2^k (1 + f), √½ ≤ 1 + f < √2,  ln x = k ln 2 + f − f²/2 + f³ p(f)         p of degree 6
 //! sin    x = k π/2 + r, |r| ≤ π/4,      sin r = r + r³ p(r²)            p of degree 2, minimax
 //! cos                                    cos r = 1 − r²/2 + r⁴ p(r²)
+//! atan2  k π/4 ± a, |a| ≤ π/8, t = tan a,  a = t + t³ p(t²)            p of degree 3, minimax
 //! ```
 
 use nalgebra::RealField;
+
+/// Σ_k c_k z^k of a `T` in scope, by Horner's rule. The terms behind the second semicolon are below the rounding of single precision.
+// Nested expressions and no loop: no coefficient is ever a double-precision number at run time.
+macro_rules! polynomial {
+    ($z:expr; $($c:expr),+; $($more:expr),+) => {{
+        let z: T = $z;
+        if T::EPSILON > T::lit(1e-10) { polynomial!(@ z $($c),+) } else { polynomial!(@ z $($c),+, $($more),+) }
+    }};
+    (@ $z:ident $c:expr) => { T::lit($c) };
+    (@ $z:ident $c:expr, $($more:expr),+) => { polynomial!(@ $z $($more),+) * $z + T::lit($c) };
+}
+pub(crate) use polynomial;
 
 mod square_root;
 
@@ -154,7 +167,8 @@ pub fn sin_cos<T: Real>(x: T) -> (T, T) {
     sealed::Math::sin_cos(x)
 }
 
-/// The angle of the point (x, y) from the x axis, in (−π, π] \[rad\].
+/// The angle of the point (x, y) from the x axis, in (−π, π] \[rad\]; ±0 or ±π on the axis, by the signs of zeros. In `f32` within
+/// 2e-7 absolutely, NaN where both are infinite.
 #[inline(always)]
 pub fn atan2<T: Real>(y: T, x: T) -> T {
     sealed::Math::atan2(y, x)
@@ -175,6 +189,12 @@ pub fn wrap<T: Real>(angle: T) -> T {
 /// `x` less the whole intervals of 2 `half`, in (−`half`, `half`]. `half` must be positive.
 #[inline(always)]
 pub fn fold<T: Real>(x: T, half: T) -> T {
+    if x.abs() < half { x } else { fold_beyond(x, half) }
+}
+
+// Out of line: most residuals of angles need no folding.
+#[inline(never)]
+fn fold_beyond<T: Real>(x: T, half: T) -> T {
     let interval = half + half;
     let folded = x - sealed::Math::round(x / interval) * interval;
     if folded <= -half { half } else { folded }
@@ -194,6 +214,9 @@ pub fn larger<T: Real>(a: T, b: T) -> T {
 
 /// The bits of √½ in single precision.
 const ROOT_HALF: u32 = 0x3f35_04f3;
+
+/// tan π/8
+const TAN_PI_8: f32 = 0.414_213_57;
 
 /// Adding and subtracting 1.5 · 2²³ rounds a single-precision number of magnitude below 2²² to an integer, ties to even.
 const ROUND: f32 = 12_582_912.0;
@@ -292,9 +315,23 @@ impl sealed::Math for f32 {
             _ => (-c, s),
         }
     }
-    #[inline(always)]
+    #[inline(never)]
     fn atan2(self, x: f32) -> f32 {
-        libm::atan2f(self, x)
+        // The angle is k π/4 ± a, from the nearest of the axes and diagonals; from a diagonal tan a = (low − high) / (low + high).
+        let (along, across, back) = (x.abs(), self.abs(), x.is_sign_negative());
+        let steep = across > along;
+        let (low, high) = if steep { (along, across) } else { (across, along) };
+        let (n, d, k) = if low > TAN_PI_8 * high { (low - high, low + high, 1.0) } else { (low, high, 0.0) };
+        let k = if steep { 2.0 - k } else { k };
+        let k = if back { 4.0 - k } else { k };
+        let t = if d == 0.0 { n } else { n / d };
+        let z = t * t;
+        let p = ((8.053_744e-2 * z - 1.387_768_6e-1) * z + 1.997_771e-1) * z - 3.333_295e-1;
+        let a = t + (t * z) * p;
+        let a = if steep == back { a } else { -a };
+        // π/4 in two parts, the first short enough that k times it is exact.
+        let angle = k * 0.785_156_25 + (k * 2.419_134e-4 + a);
+        angle.copysign(self)
     }
     #[inline(always)]
     fn erf(self) -> f32 {
@@ -418,6 +455,38 @@ mod tests {
         }
         assert!(worst < 1.2e-7, "{worst:e}");
         assert!(sin_cos(f32::NAN).0.is_nan() && sin_cos(f32::INFINITY).1.is_nan() && sin_cos(1e10f32).0.is_nan());
+    }
+
+    #[test]
+    fn single_precision_angle_of_a_point() {
+        let mut worst = 0.0f64;
+        for i in -1_000_000..=1_000_000 {
+            let (sin, cos) = libm::sincos(f64::from(i) * 3.2e-6);
+            for r in [1e-30, 1.0, 12_345.0, 1e30] {
+                let (x, y) = ((r * cos) as f32, (r * sin) as f32);
+                worst = worst.max((f64::from(atan2(y, x)) - libm::atan2(f64::from(y), f64::from(x))).abs());
+            }
+        }
+        assert!(worst < 2e-7, "{worst:e}");
+        let inf = f32::INFINITY;
+        for y in [-1.0, -0.0, 0.0, 1e-45, 1.0, 3e38, inf] {
+            for x in [-inf, -1.0, -1e-45, -0.0, 0.0, 1.0, 3e38] {
+                let truth = libm::atan2f(y, x);
+                let near = (atan2(y, x) - truth).abs() <= 2.5e-7 && atan2(y, x).is_sign_negative() == truth.is_sign_negative();
+                assert!(near || (y == inf && x == -inf), "{y} {x}: {}", atan2(y, x));
+            }
+            assert!(atan2(f32::NAN, y).is_nan() && atan2(y, f32::NAN).is_nan());
+        }
+    }
+
+    #[test]
+    fn what_lies_within_an_interval_is_not_folded() {
+        for x in [-0.0f32, 1e-45, 1.0, -2.999_999_8, 2.999_999_8, 3.0] {
+            assert_eq!(fold(x, 3.0).to_bits(), x.to_bits());
+            assert_eq!(fold(x, f32::INFINITY).to_bits(), x.to_bits());
+        }
+        assert_eq!((fold(-3.0f32, 3.0), fold(3.5f32, 3.0), fold(-9.0f32, 3.0)), (3.0, -2.5, 3.0));
+        assert!(fold(f32::NAN, 3.0).is_nan() && fold(f32::INFINITY, 3.0).is_nan());
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! lower triangle, and buys straight-line kernels without index arithmetic and without unstable const expressions.
 //!
 //! ```text
-//! inverse    N ≤ 3: adjugate over determinant;  else S = L D L', S⁻¹ = L⁻ᵀ D⁻¹ L⁻¹
+//! inverse    N ≤ 3: adjugate over determinant;  else Gauss-Jordan elimination in place, one sweep per pivot (Goodnight 1979)
 //! factor     P = L L' (Cholesky), a zero pivot gives a zero column: P may be semi-definite
 //! ```
 
@@ -38,9 +38,9 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     #[must_use]
     pub fn from_fn(mut entry: impl FnMut(usize, usize) -> T) -> Self {
         let mut s = Self::zeros();
-        for (i, row) in s.upper.iter_mut().enumerate() {
-            for (j, v) in row.iter_mut().enumerate().skip(i) {
-                *v = entry(i, j);
+        for i in 0..N {
+            for j in i..N {
+                s.upper[i][j] = entry(i, j);
             }
         }
         s
@@ -89,6 +89,16 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     #[inline(always)]
     pub(crate) fn at(&self, i: usize, j: usize) -> T {
         if i <= j { self.upper[i][j] } else { self.upper[j][i] }
+    }
+
+    /// Column `j`, for an index that is known when the compiler first sees it, times `factor`.
+    #[inline(always)]
+    pub(crate) fn column(&self, j: usize, factor: T) -> [T; N] {
+        let mut column = [T::ZERO; N];
+        unrolled!(for i in N {
+            column[i] = self.at(i, j) * factor;
+        });
+        column
     }
 
     /// Sum of two matrices.
@@ -174,52 +184,39 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
             let adjugate = [[c00, c01, c02], [T::ZERO, c11, c12], [T::ZERO, T::ZERO, c22]];
             Inverse { matrix: Self::from_fn(|i, j| adjugate[i][j] * scale), root }
         } else {
-            self.inverse_by_factors().unwrap_or(Inverse { matrix: Self::zeros(), root: T::ZERO })
+            self.inverse_by_sweeps().unwrap_or(Inverse { matrix: Self::zeros(), root: T::ZERO })
         }
     }
 
-    /// The general case: S = L D L', then S⁻¹ = Σ_k (row k of L⁻¹)' (row k of L⁻¹) / d_k.
-    fn inverse_by_factors(&self) -> Option<Inverse<T, N>> {
-        let mut l = [[T::ZERO; N]; N];
-        let mut d = [T::ZERO; N];
+    /// The general case by N sweeps, of the pivot k: a_ij ← a_ij − a_ik a_jk / a_kk, a_ik ← a_ik / a_kk, a_kk ← −1 / a_kk.
+    /// They turn S into −S⁻¹, and their pivots are those of S = L D L'.
+    fn inverse_by_sweeps(&self) -> Option<Inverse<T, N>> {
+        let mut a = self.upper;
         let mut root = T::ONE;
-        for j in 0..N {
-            let mut pivot = self.upper[j][j];
-            for k in 0..j {
-                pivot -= l[j][k] * l[j][k] * d[k];
-            }
-            let (scale, inverse_root) = reciprocals(true, pivot);
+        unrolled!(for k in N {
+            let (scale, inverse_root) = reciprocals(true, a[k][k]);
             if scale == T::ZERO {
                 return None;
             }
-            d[j] = pivot;
             root *= inverse_root;
-            for i in j + 1..N {
-                let mut v = self.upper[j][i];
-                for k in 0..j {
-                    v -= l[i][k] * l[j][k] * d[k];
+            let row: [T; N] = core::array::from_fn(|i| if i < k { a[i][k] } else { a[k][i] });
+            let scaled = row.map(|v| v * scale);
+            for i in 0..N {
+                // All products, then all sums: no result is used at once.
+                let product = scaled.map(|v| row[i] * v);
+                for j in i..N {
+                    a[i][j] = if i == k {
+                        scaled[j]
+                    } else if j == k {
+                        scaled[i]
+                    } else {
+                        a[i][j] - product[j]
+                    };
                 }
-                l[i][j] = v * scale;
             }
-        }
-        // L⁻¹ by forward substitution, in place below the unit diagonal.
-        for i in 0..N {
-            for j in 0..i {
-                let mut v = -l[i][j];
-                for k in j + 1..i {
-                    v -= l[i][k] * l[k][j];
-                }
-                l[i][j] = v;
-            }
-        }
-        let row = |k: usize, i: usize| if k == i { T::ONE } else { l[k][i] };
-        let matrix = Self::from_fn(|i, j| {
-            let mut sum = row(j, i) / d[j];
-            for k in j + 1..N {
-                sum += row(k, i) * row(k, j) / d[k];
-            }
-            sum
+            a[k][k] = -scale;
         });
+        let matrix = Self::from_fn(|i, j| -a[i][j]);
         matrix.is_finite().then_some(Inverse { matrix, root })
     }
 
@@ -232,30 +229,28 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         if !self.has_valid_variances() {
             return None;
         }
-        let mut l = [[T::ZERO; N]; N];
+        let (mut rest, mut l) = (self.upper, [[T::ZERO; N]; N]);
         let slack = T::EPSILON * T::from_count(4 * N);
-        for j in 0..N {
-            let mut pivot = self.upper[j][j];
-            for k in 0..j {
-                pivot -= l[j][k] * l[j][k];
-            }
-            let noise = self.upper[j][j] * slack;
+        unrolled!(for j in N {
+            let (pivot, noise) = (rest[j][j], self.upper[j][j] * slack);
             if pivot < -noise {
                 return None;
             }
-            if pivot <= noise {
-                continue;
-            }
-            let root = sqrt(pivot);
-            l[j][j] = root;
-            for i in j + 1..N {
-                let mut v = self.upper[j][i];
-                for k in 0..j {
-                    v -= l[i][k] * l[j][k];
+            if pivot > noise {
+                let root = sqrt(pivot);
+                let scale = T::ONE / root;
+                l[j][j] = root;
+                for i in j + 1..N {
+                    l[i][j] = rest[j][i] * scale;
                 }
-                l[i][j] = v / root;
+                // What the column leaves of S.
+                for i in j + 1..N {
+                    for k in i..N {
+                        rest[i][k] -= l[i][j] * l[k][j];
+                    }
+                }
             }
-        }
+        });
         Some(l)
     }
 }

@@ -9,7 +9,9 @@
 //! Result file: `{"scenario", "runs", "seed", "precision", "filters": [{"name", "metrics": {..}}]}`;
 //! metrics are numbers in SI units, or null where they are not defined.
 
+mod gomes;
 mod kashyap;
+mod kashyap_b;
 
 use crate::{Failure, Precision, output};
 use indexmap::IndexMap;
@@ -18,7 +20,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Every scenario that `list` shows and `run` knows.
-pub static SCENARIOS: &[Scenario] = &[kashyap::SCENARIO];
+pub static SCENARIOS: &[Scenario] = &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN];
 
 /// A scenario as the table holds it.
 #[derive(Debug, Clone, Copy)]

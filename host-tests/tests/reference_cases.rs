@@ -51,6 +51,15 @@ const IMMJPDAF: &[Compared] = &[
     ("targets", "P", Relative, 1e-8),
 ];
 
+const LMS: &[Compared] = &[
+    ("steps", "run", Equal, 0.0),
+    ("steps", "union", Equal, 0.0),
+    ("steps", "next", Equal, 0.0),
+    ("steps", "mu", Absolute, 1e-8),
+    ("steps", "x", Relative, 1e-8),
+    ("steps", "P", Relative, 1e-8),
+];
+
 /// What `solve` may read of a step; all else is a result, as is of a case what is named here.
 const STEP_INPUTS: [&str; 5] = ["z", "F", "Q", "H", "R"];
 const PDA_RESULTS: &[&str] = &["d2_all", "validated", "z_pred", "S", "K", "V", "parametric", "nonparametric"];
@@ -159,6 +168,7 @@ held! {
     large_jpda_in_double_precision: "jpda_large" F64 1.0 JPDA;
     nonparametric_jpda_in_double_precision: "jpda_nonparametric" F64 1.0 JPDA;
     immjpdaf_in_double_precision: "immjpdaf" F64 1.0 IMMJPDAF;
+    lms_in_double_precision: "lms" F64 1.0 LMS;
     kf_in_single_precision: "kf" F32 1e6 KF;
     ekf_in_single_precision: "ekf" F32 1e6 NONLINEAR;
     imm_in_single_precision: "imm" F32 1e6 IMM;
@@ -168,6 +178,7 @@ held! {
     large_jpda_in_single_precision: "jpda_large" F32 1e6 JPDA;
     nonparametric_jpda_in_single_precision: "jpda_nonparametric" F32 1e6 JPDA;
     immjpdaf_in_single_precision: "immjpdaf" F32 1e6 IMMJPDAF;
+    lms_in_single_precision: "lms" F32 1e6 LMS;
 }
 
 /// Single precision cannot hold sigma points with α = 1e-3: their distance from the mean is 2e-3 standard deviations, a

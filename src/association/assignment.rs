@@ -50,7 +50,7 @@ impl<T: Real, const N: usize> Side<T, N> {
 
     /// (price, place) of every node.
     fn nodes(&self) -> impl Iterator<Item = (T, u16)> {
-        self.price.iter().copied().zip(self.place.iter().copied()).take(self.count)
+        (0..self.count).map_while(|node| self.price.get(node).copied().zip(self.place.get(node).copied()))
     }
 
     fn price(&self, node: usize) -> T {

@@ -27,6 +27,7 @@
 use super::cluster::{Cluster, Column, MASKED, bits};
 use super::work::count;
 use crate::scalar::Real;
+use core::mem::swap;
 
 /// Bits of a node's key that name open tracks; those above count the tracks served.
 const SLOTS: u32 = 26;
@@ -53,25 +54,35 @@ struct Moves<T> {
     served: u32,
 }
 
+/// Where a node can go: keys behind the column with the closing tracks still in them, and the share of the weight each gets.
+type Choices<T> = heapless::Vec<(u32, T), { MOVES + 1 }>;
+
 impl<T: Real> Moves<T> {
-    /// Calls `each` with every choice a node can make: the key behind the column with the closing tracks still in it, the
-    /// share of the weight that goes there, and which move it was.
-    #[inline(always)]
-    fn expand(&self, key: u32, mut each: impl FnMut(u32, T, Option<usize>)) {
+    const fn new() -> Self {
+        Self { list: heapless::Vec::new(), closing: 0, unused: T::ONE, served: 0 }
+    }
+
+    /// Lists the choices of the node `key`.
+    #[inline(never)]
+    fn choices(&self, key: u32, choices: &mut Choices<T>) {
         count(2 * self.list.len() + 1);
+        choices.clear();
         let mut rest = [T::ONE; MOVES];
         let mut product = T::ONE;
-        for (rest, step) in rest.iter_mut().zip(&self.list).rev() {
+        for (i, step) in self.list.iter().enumerate().rev() {
+            let Some(rest) = rest.get_mut(i) else { return };
             *rest = product;
             if key & step.bit == 0 {
                 product *= step.pass;
             }
         }
-        each(key, product * self.unused, None);
+        let _ = choices.push((key, product * self.unused));
         product = T::ONE;
-        for (i, (rest, step)) in rest.iter().zip(&self.list).enumerate() {
+        for (rest, step) in rest.iter().zip(&self.list) {
             if key & step.bit == 0 {
-                each((key | step.bit) + self.served, product * step.take * *rest, Some(i));
+                if choices.push(((key | step.bit) + self.served, product * step.take * *rest)).is_err() {
+                    return;
+                }
                 product *= step.pass;
             }
         }
@@ -105,7 +116,7 @@ impl<T: Real> Nodes<'_, T> {
     }
 
     /// Where `key` stands in `layer`, or where it would.
-    #[inline(always)]
+    #[inline(never)]
     fn find(&self, layer: Layer, key: u32) -> Result<usize, usize> {
         let keys = self.key.get(layer.start..layer.end()).unwrap_or_default();
         count(1 + keys.len().checked_ilog2().map_or(0, |steps| steps as usize + 1));
@@ -126,9 +137,7 @@ impl<T: Real> Nodes<'_, T> {
         count(layer.len);
         if layer.len < limit && layer.end() < self.key.len() {
             layer.len += 1;
-            let end = layer.end();
-            shift_up(self.key.get_mut(at..end), key);
-            shift_up(self.weight.get_mut(at..end), weight);
+            self.shift(at..layer.end(), key, weight);
             return true;
         }
         let weights = self.weight.get(layer.start..layer.end()).unwrap_or_default();
@@ -142,27 +151,36 @@ impl<T: Real> Nodes<'_, T> {
         if least < weight {
             // The newcomer takes the place of the lightest, and is moved to its own.
             if lightest < at {
-                shift_down(self.key.get_mut(lightest..at), key);
-                shift_down(self.weight.get_mut(lightest..at), weight);
+                self.shift((lightest..at).rev(), key, weight);
             } else {
-                shift_up(self.key.get_mut(at..lightest + 1), key);
-                shift_up(self.weight.get_mut(at..lightest + 1), weight);
+                self.shift(at..lightest + 1, key, weight);
             }
         }
         false
     }
 
+    /// Puts a node in the first place of `run`: each goes to the next, the last one goes for good.
+    #[inline(never)]
+    fn shift(&mut self, run: impl Iterator<Item = usize>, mut key: u32, mut weight: T) {
+        for n in run {
+            let Some((k, w)) = self.key.get_mut(n).zip(self.weight.get_mut(n)) else { return };
+            swap(k, &mut key);
+            swap(w, &mut weight);
+        }
+    }
+
     /// The layer behind a column, of at most `limit` nodes, and the weight given up for it.
     fn advance(&mut self, layer: Layer, moves: &Moves<T>, limit: usize) -> (Layer, T) {
         let mut next = Layer { start: layer.end(), len: 0 };
-        let mut complete = true;
+        let (mut complete, mut choices) = (true, Choices::new());
         for n in layer.start..layer.end() {
             let (key, f) = self.at(n);
-            moves.expand(key, |child, share, _| {
-                if f * share > T::ZERO {
-                    complete &= self.add(&mut next, limit, child & !moves.closing, f * share);
+            moves.choices(key, &mut choices);
+            for (child, share) in &choices {
+                if f * *share > T::ZERO {
+                    complete &= self.add(&mut next, limit, child & !moves.closing, f * *share);
                 }
-            });
+            }
         }
         let mut given_up = T::ZERO;
         if !complete {
@@ -170,31 +188,16 @@ impl<T: Real> Nodes<'_, T> {
             self.weight.iter_mut().skip(next.start).take(next.len).for_each(|w| *w = T::ZERO);
             for n in layer.start..layer.end() {
                 let (key, f) = self.at(n);
-                moves.expand(key, |child, share, _| match self.find(next, child & !moves.closing) {
-                    Ok(n) => {
-                        if let Some(w) = self.weight.get_mut(n) {
-                            *w += f * share;
-                        }
+                moves.choices(key, &mut choices);
+                for (child, share) in &choices {
+                    match self.find(next, child & !moves.closing).ok().and_then(|n| self.weight.get_mut(n)) {
+                        Some(w) => *w += f * *share,
+                        None => given_up += f * *share,
                     }
-                    Err(_) => given_up += f * share,
-                });
+                }
             }
         }
         (next, given_up)
-    }
-}
-
-/// Puts `value` in front; the last one goes.
-fn shift_up<V>(run: Option<&mut [V]>, mut value: V) {
-    for slot in run.into_iter().flatten() {
-        core::mem::swap(slot, &mut value);
-    }
-}
-
-/// Puts `value` at the end; the first one goes.
-fn shift_down<V>(run: Option<&mut [V]>, mut value: V) {
-    for slot in run.into_iter().flatten().rev() {
-        core::mem::swap(slot, &mut value);
     }
 }
 
@@ -274,10 +277,9 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Beam<'_, T, TRACKS, DETS> 
             let det = usize::from(column.det);
             for ((row, sum), k) in tracks.iter().zip(sums.iter_mut()).zip(0u32..) {
                 let row = usize::from(*row);
-                if column.tracks.unbounded_shr(k) & 1 == 1
-                    && let Some(after) = self.after.get_mut(row).and_then(|r| r.get_mut(det))
-                    && let Some(h) = self.hit.get(row).and_then(|r| r.get(det))
-                {
+                let Some(after) = self.after.get_mut(row).and_then(|r| r.get_mut(det)) else { return };
+                let Some(h) = self.hit.get(row).and_then(|r| r.get(det)) else { return };
+                if column.tracks.unbounded_shr(k) & 1 == 1 {
                     *after = *sum;
                     *sum += *h;
                 }
@@ -285,9 +287,12 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Beam<'_, T, TRACKS, DETS> 
         }
     }
 
-    fn moves(&self, column: &Column<T>, slots: &[u8; MASKED]) -> Moves<T> {
-        let served = if self.diffuse.is_some() { SERVED } else { 0 };
-        let mut moves = Moves { list: heapless::Vec::new(), closing: 0, unused: column.unused, served };
+    /// Writes what the tracks of `column` can do.
+    #[inline(never)]
+    fn list_moves(&self, column: &Column<T>, slots: &[u8; MASKED], moves: &mut Moves<T>) {
+        moves.list.clear();
+        (moves.closing, moves.unused) = (0, column.unused);
+        moves.served = if self.diffuse.is_some() { SERVED } else { 0 };
         for k in bits(column.tracks) {
             let h = self.cluster.weight(self.hit, k, column);
             let after = self.cluster.weight(self.after, k, column);
@@ -298,19 +303,18 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Beam<'_, T, TRACKS, DETS> 
                 moves.closing |= bit;
             }
         }
-        moves
     }
 
     /// From the first column to the last; in the end the weights of the last layer are its b.
     fn forward(&mut self, slots: &[u8; MASKED]) -> Option<(Kept<T>, Layer)> {
         *self.nodes.key.first_mut()? = 0;
         *self.nodes.weight.first_mut()? = T::ONE;
-        let mut layer = Layer { start: 0, len: 1 };
+        let (mut layer, mut moves) = (Layer { start: 0, len: 1 }, Moves::new());
         let (mut given_up, mut roundings, mut terms) = (T::ZERO, 0, 0);
         let columns = self.cluster.columns.len();
         for i in 0..columns {
             *self.starts.get_mut(i)? = layer.start as u32;
-            let moves = self.moves(self.cluster.columns.get(i)?, slots);
+            self.list_moves(self.cluster.columns.get(i)?, slots, &mut moves);
             let additions = (moves.list.len() + 1) << moves.closing.count_ones().min(8);
             let choices = moves.list.len() + 1;
             roundings += 6 * choices + 8 + 2 * additions.min(layer.len) * choices;
@@ -344,34 +348,36 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Beam<'_, T, TRACKS, DETS> 
     fn clutter_prior(&self, served: usize) -> T {
         let Some(m) = self.diffuse else { return T::ONE };
         let most = self.cluster.tracks.len().min(m);
-        (served..most).fold(T::ONE, |product, i| product * T::from_count(m - i) / T::from_count(m))
+        let left = (served..most).map_while(|i| m.checked_sub(i));
+        left.fold(T::ONE, |product, left| product * T::from_count(left) / T::from_count(m))
     }
 
     /// From the last column to the first: b takes the place of f, marginals that of weights.
     fn backward(&mut self, slots: &[u8; MASKED], mut next: Layer, scale: T) {
+        let (mut moves, mut choices) = (Moves::new(), Choices::new());
         for i in (0..self.cluster.columns.len()).rev() {
             let (Some(column), Some(start)) = (self.cluster.columns.get(i).copied(), self.starts.get(i)) else { return };
             let start = *start as usize;
             let layer = Layer { start, len: next.start.saturating_sub(start) };
-            let moves = self.moves(&column, slots);
+            self.list_moves(&column, slots, &mut moves);
             let (mut served, mut vacant) = ([T::ZERO; MOVES], [T::ZERO; MOVES]);
             for n in layer.start..layer.end() {
                 let (key, f) = self.nodes.at(n);
                 let mut b = T::ZERO;
-                moves.expand(key, |child, share, step| {
-                    let Ok(behind) = self.nodes.find(next, child & !moves.closing) else { return };
-                    let onward = share * self.nodes.at(behind).1;
+                moves.choices(key, &mut choices);
+                for (child, share) in &choices {
+                    let Ok(behind) = self.nodes.find(next, child & !moves.closing) else { continue };
+                    let onward = *share * self.nodes.at(behind).1;
                     b += onward;
                     count(moves.list.len());
-                    if let Some(sum) = step.and_then(|i| served.get_mut(i)) {
-                        *sum += f * onward;
-                    }
-                    for (sum, step) in vacant.iter_mut().zip(&moves.list) {
-                        if moves.closing & !child & step.bit != 0 {
-                            *sum += f * onward;
+                    for (step, (served, vacant)) in moves.list.iter().zip(served.iter_mut().zip(&mut vacant)) {
+                        if (child ^ key) & step.bit != 0 {
+                            *served += f * onward;
+                        } else if moves.closing & !child & step.bit != 0 {
+                            *vacant += f * onward;
                         }
                     }
-                });
+                }
                 if let Some(weight) = self.nodes.weight.get_mut(n) {
                     *weight = b;
                 }

@@ -86,11 +86,11 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
             let _ = self.tracks.push(i as u16);
             *vacant = column.unused;
         }
-        for (k, unused) in other.vacant.iter().enumerate().take(columns) {
-            for (column, row) in other.columns.iter().zip(weights.iter_mut()) {
-                if let Some(entry) = row.get_mut(k) {
-                    *entry = other.weight(hit, k, column);
-                }
+        for (k, (row, unused)) in other.tracks.iter().zip(&other.vacant).enumerate() {
+            let Some(hit) = hit.get(usize::from(*row)) else { return false };
+            for (column, weights) in other.columns.iter().zip(weights.iter_mut()) {
+                let Some((weight, h)) = weights.get_mut(k).zip(hit.get(usize::from(column.det))) else { return false };
+                *weight = *h;
             }
             let _ = self.columns.push(Column::new(k, *unused));
         }
@@ -105,9 +105,8 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
             *vacant = turned.unused;
             let Some(row) = hit.get_mut(usize::from(*row)) else { return };
             for (column, weights) in other.columns.iter().zip(weights) {
-                if let Some((h, beta)) = row.get_mut(usize::from(column.det)).zip(weights.get(k)) {
-                    *h = *beta;
-                }
+                let Some((h, beta)) = row.get_mut(usize::from(column.det)).zip(weights.get(k)) else { return };
+                *h = *beta;
             }
         }
     }
@@ -124,37 +123,38 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
             let Some(hit) = hit.get(usize::from(*row)) else { return };
             count(self.columns.len());
             for column in &mut self.columns {
-                let gated = hit.get(usize::from(column.det)).is_some_and(|h| *h > T::ZERO);
-                column.tracks |= u32::from(gated) << (k & 31);
+                let Some(h) = hit.get(usize::from(column.det)) else { return };
+                column.tracks |= u32::from(*h > T::ZERO) << (k & 31);
             }
         }
         if self.tracks.len() > 4 {
             self.sort_by_frontier();
         }
         let (mut before, mut behind) = (0, 0);
-        for column in &mut self.columns {
+        for (i, j) in (0..self.columns.len()).rev().enumerate() {
+            let Some(column) = self.columns.get_mut(i) else { return };
             column.opening = column.tracks & !before;
             before |= column.tracks;
-        }
-        for column in self.columns.iter_mut().rev() {
+            let Some(column) = self.columns.get_mut(j) else { return };
             column.closing = column.tracks & !behind;
             behind |= column.tracks;
         }
     }
 
     fn sort_by_frontier(&mut self) {
-        // Columns that a track still has ahead.
+        // Columns that a track still has ahead, and which tracks have one only.
         let mut ahead = [0u16; MASKED];
-        for column in &self.columns {
-            bits(column.tracks).for_each(|k| ahead[k % MASKED] += 1);
+        let (mut open, mut last) = (0u32, 0u32);
+        for k in self.columns.iter().flat_map(|column| bits(column.tracks)) {
+            ahead[k % MASKED] += 1;
+            last = if ahead[k % MASKED] == 1 { last | 1 << k } else { last & !(1 << k) };
         }
-        let mut open = 0u32;
         for i in 0..self.columns.len() {
             let Some(rest) = self.columns.get_mut(i..) else { return };
             let cost = |column: &Column<T>| {
                 let during = (open | column.tracks).count_ones();
                 count(1 + column.tracks.count_ones() as usize);
-                (during - bits(column.tracks).filter(|k| ahead[*k % MASKED] == 1).count() as u32, during)
+                (during - (column.tracks & last).count_ones(), during)
             };
             let best = rest.iter().map(cost).enumerate().min_by_key(|(_, cost)| *cost).map_or(0, |(j, _)| j);
             if let Some((first, others)) = rest.split_first_mut() {
@@ -164,8 +164,10 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
                 open |= first.tracks;
                 for k in bits(first.tracks) {
                     ahead[k % MASKED] -= 1;
-                    if ahead[k % MASKED] == 0 {
-                        open &= !(1 << k);
+                    match ahead[k % MASKED] {
+                        0 => open &= !(1 << k),
+                        1 => last |= 1 << k,
+                        _ => {}
                     }
                 }
             }

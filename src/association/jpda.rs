@@ -30,6 +30,10 @@
 //! ```
 //!
 //! as [`Jpda::worst_case`] adds up. A cluster ends at the first rung that holds: most never leave "exact".
+//!
+//! # Flash
+//! Only what most scans need is unrolled. The loops of everything else leave early where an entry is missing, which cannot happen:
+//! a compiler unrolls no such loop, and where it unrolls the others they take twice the flash and no less time.
 
 use super::assignment::Assignment;
 use super::beam::{Beam, Kept, Nodes};
@@ -130,6 +134,8 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize> Associ
         }
     };
 
+    // One copy for all sensors.
+    #[inline(never)]
     fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
         let mut completeness = Completeness::default();
         let diffuse = matrix.clutter == ClutterPrior::Diffuse;

@@ -46,18 +46,16 @@ pub(super) fn marginals<T: Real, const TRACKS: usize, const DETS: usize>(
         let (Some(hit), Some(nu)) = (hit.get_mut(row), message.get(row)) else { return };
         let mut sum = *vacant;
         for det in columns.iter().map(|c| usize::from(c.det)) {
-            if let Some((h, nu)) = hit.get_mut(det).zip(nu.get(det)) {
-                *h *= *nu;
-                sum += *h;
-            }
+            let Some((h, nu)) = hit.get_mut(det).zip(nu.get(det)) else { return };
+            *h *= *nu;
+            sum += *h;
         }
         // A row that every other track outbids is left without a choice: it counts as not detected.
         let (scale, lost) = if sum > T::ZERO { (T::ONE / sum, T::ZERO) } else { (T::ZERO, T::ONE) };
         *vacant = *vacant * scale + lost;
         for det in columns.iter().map(|c| usize::from(c.det)) {
-            if let Some(h) = hit.get_mut(det) {
-                *h *= scale;
-            }
+            let Some(h) = hit.get_mut(det) else { return };
+            *h *= scale;
         }
     }
 }
@@ -74,7 +72,7 @@ fn tracks_to_detections<T: Real, const TRACKS: usize, const DETS: usize>(
     for ((row, vacant), last) in tracks.iter().map(|row| usize::from(*row)).zip(vacant).zip(sums) {
         let (Some(hit), Some(message)) = (hit.get(row), message.get_mut(row)) else { break };
         count(3 * columns.len());
-        let terms = || dets().filter_map(|det| hit.get(det).copied().zip(message.get(det).copied()));
+        let terms = || dets().map_while(|det| hit.get(det).copied().zip(message.get(det).copied()));
         let (mut total, mut largest) = (*vacant, T::ZERO);
         for (h, nu) in terms() {
             total += h * nu;
@@ -84,10 +82,9 @@ fn tracks_to_detections<T: Real, const TRACKS: usize, const DETS: usize>(
         let dominates = |term: T| term + term > total;
         let others = terms().map(|(h, nu)| h * nu).filter(|term| !dominates(*term)).fold(*vacant, |sum, term| sum + term);
         for det in dets() {
-            if let Some((h, m)) = hit.get(det).copied().zip(message.get_mut(det)) {
-                let rest = if dominates(h * *m) { others } else { total - h * *m };
-                *m = if h > T::ZERO { h / larger(rest, h * T::lit(LEAST_REST)) } else { T::ZERO };
-            }
+            let Some((h, m)) = hit.get(det).copied().zip(message.get_mut(det)) else { break };
+            let rest = if dominates(h * *m) { others } else { total - h * *m };
+            *m = if h > T::ZERO { h / larger(rest, h * T::lit(LEAST_REST)) } else { T::ZERO };
         }
         change = larger(change, (total - *last).abs() / total);
         *last = total;
@@ -104,15 +101,14 @@ fn detections_to_tracks<T: Real, const TRACKS: usize, const DETS: usize>(
         let det = usize::from(column.det);
         count(3 * cluster.tracks.len());
         let rows = || cluster.tracks.iter().map(|row| usize::from(*row));
-        let terms = || rows().filter_map(|row| message.get(row)?.get(det).copied());
+        let terms = || rows().map_while(|row| message.get(row)?.get(det).copied());
         let total = terms().fold(column.unused, |sum, mu| sum + mu);
         let dominates = |mu: T| mu + mu > total;
         let others = terms().filter(|mu| !dominates(*mu)).fold(column.unused, |sum, mu| sum + mu);
         for row in rows() {
-            if let Some(mu) = message.get_mut(row).and_then(|r| r.get_mut(det)) {
-                let rest = if dominates(*mu) { others } else { total - *mu };
-                *mu = T::ONE / larger(rest, T::lit(LEAST_REST));
-            }
+            let Some(mu) = message.get_mut(row).and_then(|r| r.get_mut(det)) else { break };
+            let rest = if dominates(*mu) { others } else { total - *mu };
+            *mu = T::ONE / larger(rest, T::lit(LEAST_REST));
         }
     }
 }

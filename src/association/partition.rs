@@ -105,10 +105,10 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Partition<T, TRACKS, DETS>
     #[inline(never)]
     fn join_all(&mut self, matrix: &AssociationMatrix<T, TRACKS, DETS>) {
         let mut first = None;
-        for (t, (label, hit)) in (0u16..).zip(self.label.iter_mut().zip(&matrix.hit)) {
-            count(matrix.columns());
-            if hit.iter().take(matrix.columns()).any(|h| *h > self.none) {
-                *label = *first.get_or_insert(t);
+        for (t, hit) in (0u16..).zip(&matrix.hit) {
+            if self.words(matrix.columns()).any(|(start, _)| word_of(hit, start, matrix.columns(), self.none) != 0) {
+                let first = *first.get_or_insert(t);
+                self.label.iter_mut().skip(usize::from(t)).take(1).for_each(|label| *label = first);
             }
         }
     }
@@ -225,5 +225,6 @@ fn join<const TRACKS: usize>(label: &mut [u16; TRACKS], s: usize, t: usize) {
 #[inline(never)]
 fn word_of<T: Real>(hit: &[T], start: usize, columns: usize, none: T) -> u32 {
     count(WORD.min(columns - start));
-    hit.iter().take(columns).skip(start).zip(0..WORD).fold(0, |mask, (h, j)| mask | u32::from(*h > none) << j)
+    let word = hit.get(start..columns.min(start + WORD)).unwrap_or_default();
+    word.iter().rev().fold(0, |mask, h| mask << 1 | u32::from(*h > none))
 }

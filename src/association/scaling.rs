@@ -89,10 +89,24 @@ pub(super) fn to_logarithms<T: Real, const TRACKS: usize, const DETS: usize>(mat
     for row in 0..TRACKS {
         if let Some((miss, hit)) = matrix.row_mut(row) {
             count(hit.len());
-            core::iter::once(miss).chain(hit).for_each(|w| *w = allowed(if linear { ln(*w) } else { *w }));
+            *miss = to_logarithm(*miss, linear);
+            hit.iter_mut().for_each(|h| *h = to_logarithm(*h, linear));
         }
     }
     matrix.domain = Domain::Logarithmic;
+}
+
+/// The logarithm of a weight, or of what is one already; −∞ of what is none.
+// Out of line, as above.
+#[inline(never)]
+fn to_logarithm<T: Real>(weight: T, linear: bool) -> T {
+    allowed(if linear { ln(weight) } else { weight })
+}
+
+/// e^x, or 0 of what is not finite.
+#[inline(never)]
+fn from_logarithm<T: Real>(x: T) -> T {
+    if is_finite(x) { exp(x) } else { T::ZERO }
 }
 
 /// Replaces the logarithms of a row by what they are those of, scaled to the sum one.
@@ -102,7 +116,7 @@ pub(super) fn exponentiate<T: Real>(miss: &mut T, hit: &mut [T]) {
     let largest = hit.iter().fold(*miss, |largest, h| larger(largest, *h));
     let mut sum = T::ZERO;
     for w in core::iter::once(&mut *miss).chain(hit.iter_mut()) {
-        *w = if is_finite(*w) { exp(*w - largest) } else { T::ZERO };
+        *w = from_logarithm(*w - largest);
         sum += *w;
     }
     if sum > T::ZERO {
@@ -119,16 +133,15 @@ pub(super) fn balance<T: Real, const TRACKS: usize, const DETS: usize>(
     assignment: &mut Assignment<T, TRACKS, DETS>,
     logarithmic: bool,
 ) -> Option<T> {
-    let to_ln = |w: T| allowed(if logarithmic { w } else { ln(w) });
     let Cluster { tracks, columns, vacant, .. } = cluster;
     let rows = || tracks.iter().map(|row| usize::from(*row));
     for row in rows() {
         count(2 * columns.len());
         for (ln_hit, hit) in ln_hit.get_mut(row)?.iter_mut().zip(hit.get(row)?) {
-            *ln_hit = to_ln(*hit);
+            *ln_hit = to_logarithm(*hit, !logarithmic);
         }
     }
-    vacant.iter_mut().take(tracks.len()).for_each(|v| *v = to_ln(*v));
+    vacant.iter_mut().take(tracks.len()).for_each(|v| *v = to_logarithm(*v, !logarithmic));
     let none = -T::ONE / T::ZERO;
     let ln_of = |k: usize, c: usize| {
         count(1);
@@ -142,27 +155,29 @@ pub(super) fn balance<T: Real, const TRACKS: usize, const DETS: usize>(
     // e^x with a rounding error of x, of u and of v in x.
     let mut largest = T::ONE;
     let mut scaled = |ln_w: T, price: T| {
-        if !is_finite(ln_w) {
-            return T::ZERO;
+        if is_finite(ln_w) {
+            largest = larger(largest, larger(ln_w.abs(), price.abs()));
         }
-        largest = larger(largest, larger(ln_w.abs(), price.abs()));
-        exp(ln_w - price)
+        from_logarithm(ln_w - price)
     };
     for ((row, vacant), u) in rows().zip(vacant.iter_mut()).zip(assignment.row_prices()) {
         *vacant = scaled(*vacant, *u);
         let (hit, ln_hit) = (hit.get_mut(row)?, ln_hit.get(row)?);
         for (column, v) in columns.iter().zip(assignment.column_prices()) {
             let det = usize::from(column.det);
-            if let Some((hit, ln_hit)) = hit.get_mut(det).zip(ln_hit.get(det)) {
-                *hit = scaled(*ln_hit, *u + *v);
-            }
+            *hit.get_mut(det)? = scaled(*ln_hit.get(det)?, *u + *v);
         }
         if logarithmic {
-            hit.iter_mut().zip(ln_hit).filter(|(_, ln_hit)| !is_finite(**ln_hit)).for_each(|(hit, _)| *hit = T::ZERO);
+            let mut ln_hit = ln_hit.iter();
+            for h in hit {
+                if !is_finite(*ln_hit.next()?) {
+                    *h = T::ZERO;
+                }
+            }
         }
     }
     for (column, v) in columns.iter_mut().zip(assignment.column_prices()) {
-        column.unused = exp(-*v);
+        column.unused = from_logarithm(-*v);
     }
     Some(largest * T::EPSILON * T::from_count(4 * tracks.len()))
 }

@@ -63,6 +63,7 @@ impl Frontier {
 }
 
 /// The size of all layers of the dense sweep together; more than any room where a layer is not tried.
+#[inline(never)]
 pub(super) fn size<T: Real, const TRACKS: usize, const DETS: usize>(cluster: &Cluster<T, TRACKS, DETS>) -> usize {
     let (mut open, mut total) = (0u32, 1usize);
     for column in &cluster.columns {
@@ -106,8 +107,7 @@ pub(super) fn marginals<T: Real, const TRACKS: usize, const DETS: usize>(
     }
     let scale = T::ONE / z;
     for i in (0..cluster.columns.len()).rev() {
-        let Some(column) = cluster.columns.get(i).copied() else { break };
-        backward(cluster, &column, hit, nodes, &mut frontier, scale);
+        backward(cluster, i, hit, nodes, &mut frontier, scale);
     }
     z
 }
@@ -129,19 +129,15 @@ fn forward<T: Real, const TRACKS: usize, const DETS: usize>(
     let width = frontier.size << (column.opening.count_ones() & 31);
     let Some(next) = room.get_mut(..width) else { return };
     count(width + layer.len() * column.tracks.count_ones() as usize);
+    scaled(next, layer, column.unused);
     next.iter_mut().skip(layer.len()).for_each(|n| *n = T::ZERO);
-    next.iter_mut().zip(layer.iter()).for_each(|(n, f)| *n = column.unused * *f);
-    for k in bits(column.tracks & !column.opening) {
-        let (weight, stride) = (cluster.weight(hit, k, column), frontier.stride(k));
-        for ((without, _), (_, with)) in halves(layer, stride).zip(halves_mut(next, stride)) {
-            with.iter_mut().zip(without).for_each(|(n, f)| *n += weight * *f);
-        }
-    }
     for (slot, k) in (frontier.open.count_ones()..).zip(bits(column.opening)) {
-        let weight = cluster.weight(hit, k, column);
-        let with = next.iter_mut().skip(1 << (slot & 31));
-        with.zip(layer.iter()).for_each(|(n, f)| *n = weight * *f);
         frontier.slot[k % MASKED] = slot as u8;
+    }
+    for k in bits(column.tracks) {
+        let stride = frontier.stride(k);
+        let weight = cluster.weight(hit, k, column);
+        each_pair(layer, next, stride, |f, n| *n += weight * *f);
     }
     frontier.open |= column.opening;
     frontier.at += frontier.size;
@@ -152,9 +148,11 @@ fn forward<T: Real, const TRACKS: usize, const DETS: usize>(
         let vacant = cluster.vacant.get(k).copied().unwrap_or(T::ZERO);
         count(frontier.size);
         let Some((layer, next)) = split(nodes, frontier) else { return };
-        let mut next = next.iter_mut();
-        for (without, with) in halves(layer, stride) {
-            without.iter().zip(with).zip(next.by_ref()).for_each(|((u, s), n)| *n = vacant * *u + *s);
+        let mut s = 0;
+        for n in next {
+            let Some((f, with)) = layer.get(s).zip(layer.get(s + stride)) else { break };
+            *n = vacant * *f + *with;
+            s = after(s, stride);
         }
         frontier.close(k);
         frontier.at += frontier.size;
@@ -162,15 +160,16 @@ fn forward<T: Real, const TRACKS: usize, const DETS: usize>(
     }
 }
 
-/// From b behind `column`, closings included, which stands where its layer was, to b before it.
+/// From b behind column `i`, closings included, which stands where its layer was, to b before it.
 fn backward<T: Real, const TRACKS: usize, const DETS: usize>(
     cluster: &mut Cluster<T, TRACKS, DETS>,
-    column: &Column<T>,
+    i: usize,
     hit: &mut [[T; DETS]; TRACKS],
     nodes: &mut [T],
     frontier: &mut Frontier,
     scale: T,
 ) {
+    let Some(column) = cluster.columns.get(i).copied() else { return };
     let mut closing = column.closing;
     while closing != 0 {
         let k = 31 - closing.leading_zeros().min(31) as usize;
@@ -181,15 +180,15 @@ fn backward<T: Real, const TRACKS: usize, const DETS: usize>(
         let stride = frontier.stride(k);
         let Some(vacant) = cluster.vacant.get_mut(k) else { return };
         let Some((layer, behind)) = split(nodes, frontier) else { return };
-        let mut sum = T::ZERO;
+        let (mut sum, mut s) = (T::ZERO, 0);
         count(frontier.size);
-        let mut behind = behind.iter();
-        for (without, with) in halves_mut(layer, stride) {
-            for ((u, s), b) in without.iter_mut().zip(with).zip(behind.by_ref()) {
-                sum += *u * *b;
-                *u = *vacant * *b;
-                *s = *b;
-            }
+        for b in behind {
+            let Some(f) = layer.get_mut(s) else { break };
+            sum += *f * *b;
+            *f = *vacant * *b;
+            let Some(with) = layer.get_mut(s + stride) else { break };
+            *with = *b;
+            s = after(s, stride);
         }
         *vacant *= sum * scale;
     }
@@ -202,56 +201,70 @@ fn backward<T: Real, const TRACKS: usize, const DETS: usize>(
     // All sums first: b overwrites f.
     for k in bits(column.tracks) {
         let stride = frontier.stride(k);
-        let mut sum = T::ZERO;
-        if column.opening >> k & 1 == 1 {
-            layer.iter().zip(behind.iter().skip(stride)).for_each(|(f, b)| sum += *f * *b);
-        } else {
-            for ((without, _), (_, with)) in halves(layer, stride).zip(halves(behind, stride)) {
-                without.iter().zip(with).for_each(|(f, b)| sum += *f * *b);
-            }
-        }
         if let Some(slot) = cluster.sums.get_mut(k) {
-            *slot = sum * scale;
+            *slot = sum_of_products(layer, behind, stride) * scale;
         }
     }
     if cluster.turned {
-        let sum = layer.iter().zip(behind.iter()).fold(T::ZERO, |sum, (f, b)| sum + *f * *b);
-        cluster.columns.iter_mut().filter(|c| c.det == column.det).for_each(|c| c.unused *= sum * scale);
+        let sum = sum_of_products(layer, behind, 0) * scale;
+        if let Some(column) = cluster.columns.get_mut(i) {
+            column.unused *= sum;
+        }
     }
-    layer.iter_mut().zip(behind.iter()).for_each(|(f, b)| *f = column.unused * *b);
+    scaled(layer, behind, column.unused);
     for k in bits(column.tracks) {
         let stride = frontier.stride(k);
         let Some((row, sum)) = cluster.tracks.get(k).zip(cluster.sums.get(k)) else { return };
         let Some(weight) = hit.get_mut(usize::from(*row)).and_then(|row| row.get_mut(usize::from(column.det))) else { return };
-        if column.opening >> k & 1 == 1 {
-            layer.iter_mut().zip(behind.iter().skip(stride)).for_each(|(f, b)| *f += *weight * *b);
-        } else {
-            for ((without, _), (_, with)) in halves_mut(layer, stride).zip(halves(behind, stride)) {
-                without.iter_mut().zip(with).for_each(|(f, b)| *f += *weight * *b);
-            }
-        }
+        each_pair(layer, behind, stride, |n, b| *n += *weight * *b);
         *weight *= *sum;
     }
 }
 
-/// Runs of the entries of `layer` whose index has the bit `stride` clear, each with the run where it is set.
-#[inline(always)]
-fn halves<T>(mut layer: &[T], stride: usize) -> impl Iterator<Item = (&[T], &[T])> {
-    core::iter::from_fn(move || {
-        let (without, rest) = layer.split_at_checked(stride)?;
-        let (with, rest) = rest.split_at_checked(stride)?;
-        layer = rest;
-        Some((without, with))
-    })
+/// `into` = `weight` × `from`, as far as both go.
+#[inline(never)]
+fn scaled<T: Real>(into: &mut [T], from: &[T], weight: T) {
+    let mut from = from.iter();
+    for n in into {
+        let Some(f) = from.next() else { break };
+        *n = weight * *f;
+    }
 }
 
-/// The same, to be written.
+/// Σ f(s) b(s ∪ t)
+#[inline(never)]
+fn sum_of_products<T: Real>(layer: &mut [T], wide: &mut [T], stride: usize) -> T {
+    let mut sum = T::ZERO;
+    each_pair(layer, wide, stride, |f, b| sum += *f * *b);
+    sum
+}
+
+/// Calls `each` with f(s) of `layer` and f(s ∪ t) of `wide` for every s without t, whose bit is `stride`; without a stride with
+/// both of every s. As layers have 2^k entries, four at a time where they can be.
 #[inline(always)]
-fn halves_mut<T>(mut layer: &mut [T], stride: usize) -> impl Iterator<Item = (&mut [T], &mut [T])> {
-    core::iter::from_fn(move || {
-        let (without, rest) = core::mem::take(&mut layer).split_at_mut_checked(stride)?;
-        let (with, rest) = rest.split_at_mut_checked(stride)?;
-        layer = rest;
-        Some((without, with))
-    })
+fn each_pair<T>(layer: &mut [T], wide: &mut [T], stride: usize, mut each: impl FnMut(&mut T, &mut T)) {
+    if stride.is_multiple_of(4) && layer.len().min(wide.len()) >= 4 {
+        walk(layer.as_chunks_mut::<4>().0, wide.as_chunks_mut::<4>().0, stride / 4, |fours, others| {
+            fours.iter_mut().zip(others).for_each(|(s, with)| each(s, with));
+        });
+    } else {
+        walk(layer, wide, stride, each);
+    }
+}
+
+/// The same for entries of any kind.
+#[inline(always)]
+fn walk<E>(layer: &mut [E], wide: &mut [E], stride: usize, mut each: impl FnMut(&mut E, &mut E)) {
+    let mut s = 0;
+    while let Some((without, with)) = layer.get_mut(s).zip(wide.get_mut(s + stride)) {
+        each(without, with);
+        s = after(s, stride);
+    }
+}
+
+/// The next index after `s` without the bit `stride`.
+#[inline(always)]
+fn after(s: usize, stride: usize) -> usize {
+    let next = s + 1;
+    next + (next & stride)
 }

@@ -14,12 +14,13 @@
 //! A common factor changes no association. Where a miss is possible, likelihoods far below e⁻⁶⁰ are zero beside it, and
 //! single precision holds e⁶⁰. All of it is out of line: plain detections pay for one look each.
 
-use super::sums::{Found, Sums, correct};
-use super::{Evidence, Innovations, Kind, Rate};
+use super::sums::{Corrected, Found, Sums, correct};
+use super::{Evidence, Kind, Predicted, Rate};
 use crate::association::{Pda, SingleAssociator};
 use crate::gaussian::{Innovation, ResidualDensity, dot, noise_is_sharp};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
+use crate::model::offset::Drift;
 use crate::scalar::{Real, exp, is_finite, ln};
 use crate::scan::Detection;
 use crate::sensor::Sensor;
@@ -30,22 +31,36 @@ use nalgebra::{SMatrix, SVector};
 /// The least reference where a miss is possible.
 const LEAST_REFERENCE: f64 = -60.0;
 
-/// Likelihoods relative to the largest of a possible mode, zero in the others, and its logarithm; −∞ where there is none.
-pub(super) fn relative<T: Real, const MODES: usize>(c: &[T; MODES], ln_likelihood: &[T; MODES]) -> ([T; MODES], T) {
-    let possible = |r: usize| c[r] > T::lit(LEAST_PROBABILITY);
+/// Likelihoods relative to the largest of a possible mode that weighs, zero in impossible modes, and its logarithm; −∞ where there
+/// is none.
+pub(super) fn relative<T: Real, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
+    c: &[T; MODES],
+    ln_likelihood: &[T; MODES],
+    predicted: &I,
+) -> ([T; MODES], T) {
+    let possible = |r: usize| if predicted.weighs(r) { c[r] > T::lit(LEAST_PROBABILITY) } else { predicted.corrects(r) };
     let none = -T::ONE / T::ZERO;
-    let reference = (0..MODES).filter(|r| possible(*r)).fold(none, |most, r| if ln_likelihood[r] > most { ln_likelihood[r] } else { most });
-    let counts = |r: usize| possible(r) && reference.is_finite();
-    (core::array::from_fn(|r| if counts(r) { exp(ln_likelihood[r] - reference) } else { T::ZERO }), reference)
+    let weighing = (0..MODES).filter(|r| possible(*r) && predicted.weighs(*r));
+    let reference = weighing.fold(none, |most, r| if ln_likelihood[r] > most { ln_likelihood[r] } else { most });
+    let known = |r: usize| possible(r) && reference.is_finite();
+    // A mode that does not weigh may be the likeliest by far.
+    let above =
+        |r: usize| if predicted.weighs(r) { ln_likelihood[r] } else { smaller(ln_likelihood[r], reference - T::lit(LEAST_REFERENCE)) };
+    (core::array::from_fn(|r| if known(r) { exp(above(r) - reference) } else { T::ZERO }), reference)
+}
+
+/// The smaller of two numbers.
+fn smaller<T: Real>(a: T, b: T) -> T {
+    if b < a { b } else { a }
 }
 
 impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     /// Gates the detections numbered `candidates` by the mode `widest`, each with what it brings.
     #[inline(never)]
-    pub(super) fn gate_apart<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub(super) fn gate_apart<S: Sensor<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
         candidates: &[u16],
@@ -56,9 +71,9 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         let own_time = |number: &u16| detections.get(usize::from(*number)).is_some_and(|d| d.offset != Duration::ZERO);
         self.kind = if candidates.iter().any(own_time) { Kind::OwnTime } else { Kind::Apart };
         if self.kind == Kind::OwnTime {
-            return self.gate_at_their_times(bank, innovations, sensor, detections, candidates, widest);
+            return self.gate_at_their_times(bank, predicted, sensor, detections, candidates, widest);
         }
-        let Some(innovation) = innovations.get(widest) else { return };
+        let Some(innovation) = predicted.innovations().get(widest) else { return };
         for &number in candidates {
             let Some(detection) = detections.get(usize::from(number)) else { break };
             let nu = model.residual(&detection.z, &innovation.z_hat);
@@ -70,10 +85,16 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
 
     /// [`score`](Self::score) by logarithms.
     #[inline(never)]
-    pub(super) fn score_apart<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub(super) fn score_apart<
+        S: Sensor<T, NX, NZ>,
+        I: Predicted<T, NX, NZ, MODES>,
+        const NX: usize,
+        const NZ: usize,
+        const MODES: usize,
+    >(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
         mut rate: Rate<T>,
@@ -82,11 +103,11 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         let c = &bank.prob;
         let mut reference = if self.miss > T::ZERO { T::lit(LEAST_REFERENCE) } else { -T::ONE / T::ZERO };
         if self.kind == Kind::OwnTime {
-            self.mixtures_at_their_times(bank, innovations, model, detections);
+            self.mixtures_at_their_times(bank, predicted, model, detections);
         } else {
             for (number, hit) in self.gated.iter().zip(&mut self.hit) {
                 let Some(detection) = detections.get(usize::from(*number)) else { break };
-                *hit = ln_mixture(c, &seen(model, innovations, detection).map(|(density, nu)| density.ln_at(&nu)));
+                *hit = ln_mixture(c, &ln_likelihoods(&seen(model, predicted, detection), predicted), predicted);
             }
         }
         for (_, ln_m) in self.gated.iter().zip(&self.hit) {
@@ -102,65 +123,93 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         self.miss = if known { self.miss * exp(-reference) } else { T::ONE };
     }
 
-    /// [`absorb`](Self::absorb) by logarithms.
+    /// [`correct`](Self::correct) by logarithms.
     #[inline(never)]
-    pub(super) fn absorb_apart<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub(super) fn correct_apart<
+        M: MeasurementModel<T, NX, NZ>,
+        I: Predicted<T, NX, NZ, MODES>,
+        const NX: usize,
+        const NZ: usize,
+        const MODES: usize,
+    >(
         &self,
         beta_0: T,
         bank: &mut ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         model: &M,
         detections: &[Detection<T, NZ>],
-    ) -> u16 {
+    ) -> Corrected<T, MODES> {
         if self.kind == Kind::OwnTime {
-            return self.absorb_at_their_times(beta_0, bank, innovations, model, detections);
+            return self.correct_at_their_times(beta_0, bank, predicted, model, detections);
         }
         // The sums of every mode, and whether a detection is sharp in it.
         let mut sums = [(Sums::ZERO, false); MODES];
-        for (detection, shares) in self.shared(bank, innovations, model, detections) {
-            for (r, Share { p, s_inv, nu }) in shares.iter().enumerate() {
-                let (sums, sharp) = &mut sums[r];
+        for (detection, shares) in self.shared(bank, predicted, model, detections) {
+            for r in 0..MODES {
+                if !predicted.corrects(r) {
+                    continue;
+                }
+                let (Share { p, s_inv, nu }, (sums, sharp)) = (&shares[r], &mut sums[r]);
                 sums.add(*p, &s_inv.times(&nu.data.0[0]));
                 for k in 0..NZ {
                     for l in k..NZ {
                         sums.second.upper_mut()[k][l] += *p * s_inv.upper()[k][l];
                     }
                 }
-                *sharp |= is_sharp(&innovations[r], detection);
+                *sharp |= is_sharp(&predicted.innovations()[r], detection);
             }
         }
         let mut resets = 0;
         if sums.iter().any(|(_, sharp)| *sharp) {
-            resets += self.correct_sharply(beta_0, &sums, bank, innovations, model, detections);
+            resets += self.correct_sharply(beta_0, &sums, bank, predicted, model, detections);
         }
-        for r in (0..MODES).filter(|r| !sums[*r].1) {
-            let (_, kept) = correct::<T, false, NX, NZ>(&mut bank.modes[r], &innovations[r], &sums[r].0, beta_0);
+        for r in 0..MODES {
+            if !predicted.corrects(r) || sums[r].1 {
+                continue;
+            }
+            let (_, kept) = correct::<T, false, NX, NZ>(&mut bank.modes[r], &predicted.innovations()[r], &sums[r].0, beta_0);
             resets += u16::from(!kept);
         }
-        bank.weigh(&sums.map(|(sums, _)| beta_0 + sums.evidence));
-        resets
+        Corrected { evidence: sums.map(|(sums, _)| beta_0 + sums.evidence), resets }
     }
 
     /// Corrects the modes that are sharp, by sums of positive terms. Returns how many refused.
     #[inline(never)]
-    fn correct_sharply<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    fn correct_sharply<
+        M: MeasurementModel<T, NX, NZ>,
+        I: Predicted<T, NX, NZ, MODES>,
+        const NX: usize,
+        const NZ: usize,
+        const MODES: usize,
+    >(
         &self,
         miss: T,
         sums: &[(Sums<T, NZ>, bool); MODES],
         bank: &mut ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         model: &M,
         detections: &[Detection<T, NZ>],
     ) -> u16 {
-        let mut modes: [_; MODES] = core::array::from_fn(|r| {
-            let (g, scale) = (&bank.modes[r], T::ONE / (miss + sums[r].0.evidence));
-            let shift = innovations[r].cross * SVector::from(sums[r].0.first) * scale;
-            let cov = (g.cov.to_matrix() + shift * shift.transpose()) * (miss * scale);
-            Mixture { scale, shift, cov, h: model.jacobian(&g.mean), noise: model.noise(&g.mean) }
+        let innovations = predicted.innovations();
+        let mut modes = bank.modes.each_ref().map(|g| Mixture {
+            scale: T::ZERO,
+            shift: SVector::zeros(),
+            cov: g.cov.to_matrix(),
+            h: model.jacobian(&g.mean),
+            noise: model.noise(&g.mean),
         });
-        for (detection, shares) in self.shared(bank, innovations, model, detections) {
-            for r in (0..MODES).filter(|r| sums[*r].1) {
+        for ((mixture, innovation), (sums, _)) in modes.iter_mut().zip(innovations).zip(sums) {
+            let scale = T::ONE / (miss + sums.evidence);
+            let shift = innovation.cross * SVector::from(sums.first) * scale;
+            (mixture.scale, mixture.shift) = (scale, shift);
+            mixture.cov = (mixture.cov + shift * shift.transpose()) * (miss * scale);
+        }
+        for (detection, shares) in self.shared(bank, predicted, model, detections) {
+            for r in 0..MODES {
                 let (Share { p, s_inv, nu }, mixture) = (&shares[r], &mut modes[r]);
+                if !sums[r].1 {
+                    continue;
+                }
                 let gain = innovations[r].cross * s_inv.to_matrix();
                 let d = gain * nu - mixture.shift;
                 let joseph = bank.modes[r].joseph(&gain, &mixture.h, detection.noise.as_ref().unwrap_or(&mixture.noise));
@@ -180,36 +229,66 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     }
 
     /// The gated detections, each with its shares in the modes.
-    fn shared<'a, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    fn shared<'a, M: MeasurementModel<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &'a self,
         bank: &ModeBank<T, NX, MODES>,
-        innovations: &'a Innovations<T, NX, NZ, MODES>,
+        predicted: &'a I,
         model: &'a M,
         detections: &'a [Detection<T, NZ>],
-    ) -> impl Iterator<Item = (&'a Detection<T, NZ>, [Share<T, NZ>; MODES])> + use<'a, T, M, NX, NZ, MODES, DETS> {
+    ) -> impl Iterator<Item = (&'a Detection<T, NZ>, [Share<T, NZ>; MODES])> + use<'a, T, M, I, NX, NZ, MODES, DETS> {
         let c = bank.prob;
         self.gated.iter().zip(&self.hit).filter_map(move |(number, beta)| {
             let detection = detections.get(usize::from(*number))?;
-            let seen = seen(model, innovations, detection);
-            let p = shares(&c, *beta, &core::array::from_fn(|r| seen[r].0.ln_at(&seen[r].1)));
+            let seen = seen(model, predicted, detection);
+            let p = shares(&c, *beta, &ln_likelihoods(&seen, predicted), predicted);
             Some((detection, core::array::from_fn(|r| Share { p: p[r], s_inv: seen[r].0.s_inv, nu: seen[r].1 })))
+        })
+    }
+
+    /// Whether ν' S⁻¹ ν of the most probable detection is at most `nis` in any mode that weighs; false where none was taken.
+    pub fn is_explained<
+        M: MeasurementModel<T, NX, NZ>,
+        I: Predicted<T, NX, NZ, MODES>,
+        const NX: usize,
+        const NZ: usize,
+        const MODES: usize,
+    >(
+        &self,
+        bank: &ModeBank<T, NX, MODES>,
+        predicted: &I,
+        model: &M,
+        detections: &[Detection<T, NZ>],
+        nis: T,
+    ) -> bool {
+        let most_probable = self.gated.iter().zip(&self.hit).reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let Some(detection) = most_probable.and_then(|(number, _)| detections.get(usize::from(*number))) else { return false };
+        (0..MODES).filter(|r| predicted.weighs(*r)).any(|r| {
+            let innovation = &predicted.innovations()[r];
+            if detection.offset == Duration::ZERO {
+                let nu = model.residual(&detection.z, &innovation.z_hat);
+                return density_of(innovation, detection).nis(&nu) <= nis;
+            }
+            let drift = Drift::new(model, &bank.modes[r], innovation);
+            let seen = drift.seen(innovation, detection.offset.as_secs(), detection.noise.as_ref());
+            seen.density.nis(&model.residual(&detection.z, &seen.z_hat)) <= nis
         })
     }
 
     /// [`pda`](Self::pda) by logarithms.
     #[inline(never)]
-    pub(super) fn pda_apart<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub(super) fn pda_apart<S: Sensor<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
         bank: &mut ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
         doubt: T,
     ) -> Found<T> {
-        self.score(bank, innovations, sensor, detections);
+        self.score(bank, predicted, sensor, detections);
         let (miss, hits) = self.weights();
         let miss = Pda.associate(miss, hits);
-        let resets = self.absorb_apart(miss * doubt, bank, innovations, sensor.model(), detections);
+        let Corrected { evidence, resets } = self.correct_apart(miss * doubt, bank, predicted, sensor.model(), detections);
+        bank.weigh(&evidence);
         Found { miss, hits: T::ONE - miss, resets }
     }
 }
@@ -240,31 +319,64 @@ fn is_sharp<T: Real, const NX: usize, const NZ: usize>(innovation: &Innovation<T
     }
 }
 
-/// ln Σ_r c_r L_r
-pub(super) fn ln_mixture<T: Real, const MODES: usize>(c: &[T; MODES], ln_likelihood: &[T; MODES]) -> T {
-    let (likelihood, reference) = relative(c, ln_likelihood);
-    if reference.is_finite() { reference + ln(dot(c, &likelihood)) } else { reference }
+/// ln Σ_r c_r L_r over the modes that weigh
+pub(super) fn ln_mixture<T: Real, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
+    c: &[T; MODES],
+    ln_likelihood: &[T; MODES],
+    predicted: &I,
+) -> T {
+    let (likelihood, reference) = relative(c, ln_likelihood, predicted);
+    if reference.is_finite() { reference + ln(mixture(c, &likelihood, predicted)) } else { reference }
+}
+
+/// Σ_r c_r L_r over the modes that weigh
+fn mixture<T: Real, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
+    c: &[T; MODES],
+    likelihood: &[T; MODES],
+    predicted: &I,
+) -> T {
+    dot(&core::array::from_fn(|r| if predicted.weighs(r) { c[r] } else { T::ZERO }), likelihood)
 }
 
 /// β L_r / Σ_s c_s L_s
-pub(super) fn shares<T: Real, const MODES: usize>(c: &[T; MODES], beta: T, ln_likelihood: &[T; MODES]) -> [T; MODES] {
-    let (likelihood, _) = relative(c, ln_likelihood);
-    let mixture = dot(c, &likelihood);
+pub(super) fn shares<T: Real, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
+    c: &[T; MODES],
+    beta: T,
+    ln_likelihood: &[T; MODES],
+    predicted: &I,
+) -> [T; MODES] {
+    let (likelihood, _) = relative(c, ln_likelihood, predicted);
+    let mixture = mixture(c, &likelihood, predicted);
     let factor = if mixture > T::lit(LEAST_PROBABILITY) { beta / mixture } else { T::ZERO };
     likelihood.map(|l| factor * l)
 }
 
-/// The density of a detection in every mode, with its own noise or the sensor's, and its residual.
-fn seen<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+/// The density of a detection in every mode that counts, with its own noise or the sensor's, and its residual.
+fn seen<T: Real, M: MeasurementModel<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
     model: &M,
-    innovations: &Innovations<T, NX, NZ, MODES>,
+    predicted: &I,
     detection: &Detection<T, NZ>,
 ) -> [(ResidualDensity<T, NZ>, SVector<T, NZ>); MODES] {
-    innovations.each_ref().map(|innovation| (density_of(innovation, detection), model.residual(&detection.z, &innovation.z_hat)))
+    core::array::from_fn(|r| {
+        let innovation = &predicted.innovations()[r];
+        if predicted.counts(r) {
+            (density_of(innovation, detection), model.residual(&detection.z, &innovation.z_hat))
+        } else {
+            (innovation.density, SVector::zeros())
+        }
+    })
+}
+
+/// ln L_r of what [`seen`] gives; −∞ in modes that do not count.
+fn ln_likelihoods<T: Real, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
+    seen: &[(ResidualDensity<T, NZ>, SVector<T, NZ>); MODES],
+    predicted: &I,
+) -> [T; MODES] {
+    core::array::from_fn(|r| if predicted.counts(r) { seen[r].0.ln_at(&seen[r].1) } else { -T::ONE / T::ZERO })
 }
 
 /// The density of a detection in a mode: with its own noise, or the sensor's.
-fn density_of<T: Real, const NX: usize, const NZ: usize>(
+pub(crate) fn density_of<T: Real, const NX: usize, const NZ: usize>(
     innovation: &Innovation<T, NX, NZ>,
     detection: &Detection<T, NZ>,
 ) -> ResidualDensity<T, NZ> {

@@ -18,12 +18,16 @@
 //! | `sums.rs` | what detections add up to in every mode, and the update by it |
 //! | `apart.rs` | what plain sums do not serve: a noise of their own, sharp noise, detections far from every mode |
 //! | `offset.rs` | detections with a time of their own |
+//! | `predicted.rs` | of which modes: all, or some |
 
 mod apart;
 mod offset;
+mod predicted;
 mod sums;
 
-pub use sums::{Found, update_by_one};
+pub(crate) use apart::density_of;
+pub use predicted::{Innovations, Predicted, SomeInnovations, innovations, no_innovations, predict_measurements};
+pub use sums::{Corrected, Found, correct_by_one, update_by_one};
 
 use crate::association::Gate;
 use crate::gaussian::{Innovation, unit_peak};
@@ -51,9 +55,6 @@ pub struct Evidence<T, const DETS: usize> {
     kind: Kind,
 }
 
-/// ẑ_r, G_r and S_r of every mode.
-pub type Innovations<T, const NX: usize, const NZ: usize, const MODES: usize> = [Innovation<T, NX, NZ>; MODES];
-
 /// The most that the detections of a track bring besides their coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
@@ -63,16 +64,6 @@ enum Kind {
     Apart,
     /// A time
     OwnTime,
-}
-
-/// The predicted measurements of a bank.
-#[inline(always)]
-#[must_use]
-pub fn innovations<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
-    bank: &ModeBank<T, NX, MODES>,
-    model: &M,
-) -> Innovations<T, NX, NZ, MODES> {
-    core::array::from_fn(|r| model.innovation(&bank.modes[r]))
 }
 
 impl<T: Real, const DETS: usize> Default for Evidence<T, DETS> {
@@ -107,6 +98,11 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         self.gated.iter().copied().zip(&mut self.hit)
     }
 
+    /// The gated detections by number with their weights.
+    pub fn associated(&self) -> impl Iterator<Item = (u16, T)> {
+        self.gated.iter().copied().zip(self.hit.iter().copied())
+    }
+
     /// V, the volume of the gate of the detections gated last; zero where no mode can be measured.
     #[inline(always)]
     #[must_use]
@@ -119,20 +115,27 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     /// Cost: one subtraction and product per candidate whose first coordinate is too far off, one residual and form
     /// ν' S⁻¹ ν per other; for detections with a noise or a time of their own a factorisation of S each as well.
     #[inline(always)]
-    pub fn gate<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub fn gate<S: Sensor<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
         candidates: &[u16],
     ) {
+        let innovations = predicted.innovations();
         self.gated.clear();
-        self.kind = kind_of(innovations);
+        self.kind = kind_of(predicted);
         let (model, threshold) = (sensor.model(), sensor.gate().threshold());
         let mut widest = 0;
         let (mut z_hat, mut density) = (innovations[0].z_hat, innovations[0].density);
+        if !predicted.weighs(0) {
+            density.peak = T::ZERO;
+        }
         for r in 1..MODES {
+            if !predicted.weighs(r) {
+                continue;
+            }
             let peak = innovations[r].density.peak;
             if peak > T::ZERO && (peak < density.peak || density.peak == T::ZERO) {
                 (widest, z_hat, density) = (r, innovations[r].z_hat, innovations[r].density);
@@ -147,11 +150,14 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         for &number in candidates {
             let Some(detection) = detections.get(usize::from(number)) else { return };
             if !detection.is_plain() {
-                return self.gate_apart(bank, innovations, sensor, detections, candidates, widest);
+                return self.gate_apart(bank, predicted, sensor, detections, candidates, widest);
             }
-            let nu = model.residual(&detection.z, &z_hat);
-            let first = nu.data.0[0][0];
-            if first * first <= reach && density.nis(&nu) <= threshold && self.gated.push(number).is_err() {
+            // Inlined, this costs nothing of the other coordinates.
+            let first = model.residual(&detection.z, &z_hat).data.0[0][0];
+            if first * first > reach {
+                continue;
+            }
+            if density.nis(&model.residual(&detection.z, &z_hat)) <= threshold && self.gated.push(number).is_err() {
                 return;
             }
         }
@@ -160,14 +166,14 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     /// Takes the detections with a positive probability for the gated ones, and the probabilities for their weights: for
     /// [`absorb`](Self::absorb), after an association of many tracks.
     #[inline(always)]
-    pub fn take<const NX: usize, const NZ: usize, const MODES: usize>(
+    pub fn take<I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         detections: &[Detection<T, NZ>],
         beta: impl Iterator<Item = (u16, T)>,
     ) {
         self.gated.clear();
-        self.kind = kind_of(innovations);
+        self.kind = kind_of(predicted);
         for (number, beta) in beta.filter(|(_, beta)| *beta > T::ZERO) {
             let Some((detection, hit)) = detections.get(usize::from(number)).zip(self.hit.get_mut(self.gated.len())) else { return };
             if self.gated.push(number).is_err() {
@@ -186,10 +192,10 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     ///
     /// Cost: MODES residuals, forms ν' S⁻¹ ν and powers of two per gated detection.
     #[inline(always)]
-    pub fn score<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub fn score<S: Sensor<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
     ) {
@@ -202,7 +208,10 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
                 let Some(detection) = detections.get(usize::from(*number)) else { break };
                 let mut mixture = T::ZERO;
                 for r in 0..MODES {
-                    let Innovation { z_hat, density, .. } = &innovations[r];
+                    if !predicted.weighs(r) {
+                        continue;
+                    }
+                    let Innovation { z_hat, density, .. } = &predicted.innovations()[r];
                     mixture += bank.prob[r] * density.at(&sensor.model().residual(&detection.z, z_hat));
                 }
                 *hit = mixture * rate.at(sensor.clutter(&detection.z));
@@ -210,22 +219,22 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             }
         }
         if self.kind != Kind::Plain || total <= T::LEAST {
-            self.score_apart(bank, innovations, sensor, detections, rate);
+            self.score_apart(bank, predicted, sensor, detections, rate);
         }
     }
 
     /// [`gate`](Self::gate) and [`score`](Self::score). Returns V.
     #[inline(always)]
-    pub fn collect<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub fn collect<S: Sensor<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
         candidates: &[u16],
     ) -> T {
-        self.gate(bank, innovations, sensor, detections, candidates);
-        self.score(bank, innovations, sensor, detections);
+        self.gate(bank, predicted, sensor, detections, candidates);
+        self.score(bank, predicted, sensor, detections);
         self.volume::<NZ>(sensor.gate())
     }
 
@@ -244,8 +253,9 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
 
 /// Where all detections are plain.
 #[inline(always)]
-fn kind_of<T, const NX: usize, const NZ: usize, const MODES: usize>(innovations: &Innovations<T, NX, NZ, MODES>) -> Kind {
-    if innovations.iter().fold(false, |sharp, innovation| sharp | innovation.sharp) { Kind::Apart } else { Kind::Plain }
+fn kind_of<T, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(predicted: &I) -> Kind {
+    let sharp = (0..MODES).filter(|r| predicted.weighs(*r)).fold(false, |sharp, r| sharp | predicted.innovations()[r].sharp);
+    if sharp { Kind::Apart } else { Kind::Plain }
 }
 
 /// P_D / λ of one detection after the other.

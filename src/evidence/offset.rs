@@ -11,7 +11,7 @@
 //! line: scans without offsets pay for one look at their detections.
 
 use super::apart::{ln_mixture, shares};
-use super::{Evidence, Innovations};
+use super::{Corrected, Evidence, Predicted};
 use crate::gaussian::{Correction, Gaussian, Innovation};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
@@ -25,25 +25,33 @@ use nalgebra::SVector;
 /// How the predicted measurements of all modes move with time.
 struct Drifts<'a, T, M, const NX: usize, const NZ: usize, const MODES: usize> {
     model: &'a M,
-    innovations: &'a Innovations<T, NX, NZ, MODES>,
-    drifts: [Drift<T, NX, NZ>; MODES],
+    modes: [(Drift<T, NX, NZ>, &'a Innovation<T, NX, NZ>); MODES],
 }
 
 impl<'a, T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize> Drifts<'a, T, M, NX, NZ, MODES> {
-    fn new(model: &'a M, bank: &ModeBank<T, NX, MODES>, innovations: &'a Innovations<T, NX, NZ, MODES>) -> Self {
-        Self { model, innovations, drifts: core::array::from_fn(|r| Drift::new(model, &bank.modes[r], &innovations[r])) }
+    fn new<I: Predicted<T, NX, NZ, MODES>>(model: &'a M, bank: &ModeBank<T, NX, MODES>, predicted: &'a I) -> Self {
+        let drift = |r: usize| (Drift::new(model, &bank.modes[r], &predicted.innovations()[r]), &predicted.innovations()[r]);
+        let first = drift(0);
+        Self { model, modes: core::array::from_fn(|r| if r > 0 && predicted.counts(r) { drift(r) } else { first }) }
     }
 
-    /// The predicted measurement of mode r at the time of `detection`, with its own noise or the sensor's, and the residual.
-    fn seen(&self, r: usize, detection: &Detection<T, NZ>) -> (Innovation<T, NX, NZ>, SVector<T, NZ>) {
-        let seen = self.drifts[r].seen(&self.innovations[r], detection.offset.as_secs(), detection.noise.as_ref());
+    /// The predicted measurement of `mode` at the time of `detection`, with its own noise or the sensor's, and the residual.
+    fn seen(
+        &self,
+        (drift, innovation): &(Drift<T, NX, NZ>, &Innovation<T, NX, NZ>),
+        detection: &Detection<T, NZ>,
+    ) -> (Innovation<T, NX, NZ>, SVector<T, NZ>) {
+        let seen = drift.seen(innovation, detection.offset.as_secs(), detection.noise.as_ref());
         let nu = self.model.residual(&detection.z, &seen.z_hat);
         (seen, nu)
     }
 
-    fn ln_likelihoods(&self, detection: &Detection<T, NZ>) -> [T; MODES] {
+    fn ln_likelihoods<I: Predicted<T, NX, NZ, MODES>>(&self, detection: &Detection<T, NZ>, predicted: &I) -> [T; MODES] {
         core::array::from_fn(|r| {
-            let (seen, nu) = self.seen(r, detection);
+            if !predicted.counts(r) {
+                return -T::ONE / T::ZERO;
+            }
+            let (seen, nu) = self.seen(&self.modes[r], detection);
             seen.density.ln_at(&nu)
         })
     }
@@ -51,19 +59,26 @@ impl<'a, T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usi
 
 impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     /// Gates the detections numbered `candidates` by the mode `widest`.
-    pub(super) fn gate_at_their_times<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub(super) fn gate_at_their_times<
+        S: Sensor<T, NX, NZ>,
+        I: Predicted<T, NX, NZ, MODES>,
+        const NX: usize,
+        const NZ: usize,
+        const MODES: usize,
+    >(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
         candidates: &[u16],
         widest: usize,
     ) {
-        let drifts = Drifts::new(sensor.model(), bank, innovations);
+        let drifts = Drifts::new(sensor.model(), bank, predicted);
+        let Some(mode) = drifts.modes.get(widest) else { return };
         for &number in candidates {
             let Some(detection) = detections.get(usize::from(number)) else { break };
-            let (seen, nu) = drifts.seen(widest.min(MODES - 1), detection);
+            let (seen, nu) = drifts.seen(mode, detection);
             let inside = seen.density.is_proper() && seen.density.nis(&nu) <= sensor.gate().threshold();
             if inside && self.gated.push(number).is_err() {
                 break;
@@ -72,33 +87,45 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     }
 
     /// Writes ln M of the gated detections.
-    pub(super) fn mixtures_at_their_times<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub(super) fn mixtures_at_their_times<
+        M: MeasurementModel<T, NX, NZ>,
+        I: Predicted<T, NX, NZ, MODES>,
+        const NX: usize,
+        const NZ: usize,
+        const MODES: usize,
+    >(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         model: &M,
         detections: &[Detection<T, NZ>],
     ) {
-        let drifts = Drifts::new(model, bank, innovations);
+        let drifts = Drifts::new(model, bank, predicted);
         for (number, hit) in self.gated.iter().zip(&mut self.hit) {
             let Some(detection) = detections.get(usize::from(*number)) else { break };
-            *hit = ln_mixture(&bank.prob, &drifts.ln_likelihoods(detection));
+            *hit = ln_mixture(&bank.prob, &drifts.ln_likelihoods(detection, predicted), predicted);
         }
     }
 
-    /// Updates the modes by one detection after the other. Returns how many modes refused.
-    pub(super) fn absorb_at_their_times<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    /// Corrects the modes by one detection after the other.
+    pub(super) fn correct_at_their_times<
+        M: MeasurementModel<T, NX, NZ>,
+        I: Predicted<T, NX, NZ, MODES>,
+        const NX: usize,
+        const NZ: usize,
+        const MODES: usize,
+    >(
         &self,
         beta_0: T,
         bank: &mut ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         model: &M,
         detections: &[Detection<T, NZ>],
-    ) -> u16 {
-        let drifts = Drifts::new(model, bank, innovations);
+    ) -> Corrected<T, MODES> {
+        let drifts = Drifts::new(model, bank, predicted);
         let shares = |number: u16, beta: T| {
             let detection = detections.get(usize::from(number))?;
-            Some((detection, shares(&bank.prob, beta, &drifts.ln_likelihoods(detection))))
+            Some((detection, shares(&bank.prob, beta, &drifts.ln_likelihoods(detection, predicted), predicted)))
         };
         let weighed = || self.gated.iter().zip(&self.hit).filter_map(|(number, beta)| shares(*number, *beta));
         let mut evidence = [beta_0; MODES];
@@ -110,12 +137,15 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         let mut resets = 0;
         let mut corrected = bank.modes;
         for r in 0..MODES {
+            if !predicted.corrects(r) {
+                continue;
+            }
             if !(evidence[r].is_finite() && evidence[r] > T::lit(LEAST_PROBABILITY)) {
                 continue;
             }
             let mut mixture = Growing { g: corrected[r], q: beta_0 / evidence[r], m: SVector::zeros() };
             let kept = weighed().all(|(detection, shares)| {
-                let (seen, nu) = drifts.seen(r, detection);
+                let (seen, nu) = drifts.seen(&drifts.modes[r], detection);
                 mixture.add(shares[r] / evidence[r], &seen, &nu)
             });
             if kept {
@@ -124,8 +154,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             resets += u16::from(!kept);
         }
         bank.modes = corrected;
-        bank.weigh(&evidence);
-        resets
+        Corrected { evidence, resets }
     }
 }
 

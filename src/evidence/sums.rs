@@ -10,7 +10,8 @@
 //! One pass over the detections serves all modes, and a factor common to m and all f_j changes nothing. Kalman's update by
 //! one detection is the same with m = 0.
 
-use super::{Evidence, Innovations, Kind, density};
+use super::apart::relative;
+use super::{Evidence, Innovations, Kind, Predicted, SomeInnovations, density};
 use crate::gaussian::{Correction, Gaussian, Innovation, ResidualDensity, dot};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
@@ -84,46 +85,86 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     /// one [`correct`](crate::gaussian::Gaussian::correct). Detections with a time of their own cost two corrections a mode
     /// each.
     #[inline(always)]
-    pub fn absorb<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub fn absorb<M: MeasurementModel<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &self,
         beta_0: T,
         bank: &mut ModeBank<T, NX, MODES>,
-        innovations: &Innovations<T, NX, NZ, MODES>,
+        predicted: &I,
         model: &M,
         detections: &[Detection<T, NZ>],
     ) -> u16 {
         if self.gated.is_empty() {
             return 0;
         }
+        let Corrected { evidence, resets } = self.correct(beta_0, bank, predicted, model, detections);
+        bank.weigh(&evidence);
+        resets
+    }
+
+    /// [`absorb`](Self::absorb) but for the mode probabilities, for modes that weigh and are corrected.
+    #[inline(always)]
+    pub fn correct<M: MeasurementModel<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
+        &self,
+        beta_0: T,
+        bank: &mut ModeBank<T, NX, MODES>,
+        predicted: &I,
+        model: &M,
+        detections: &[Detection<T, NZ>],
+    ) -> Corrected<T, MODES> {
+        if self.gated.is_empty() {
+            return Corrected { evidence: [T::ONE; MODES], resets: 0 };
+        }
         if self.kind != Kind::Plain {
-            return self.absorb_apart(beta_0, bank, innovations, model, detections);
+            return self.correct_apart(beta_0, bank, predicted, model, detections);
         }
         let mut sums = [Sums::ZERO; MODES];
         for (number, beta) in self.gated.iter().zip(&self.hit) {
             let Some(detection) = detections.get(usize::from(*number)) else { break };
             let seen: [_; MODES] = core::array::from_fn(|r| {
-                let Innovation { z_hat, density, .. } = &innovations[r];
+                if !predicted.weighs(r) {
+                    return (T::ZERO, [T::ZERO; NZ]);
+                }
+                let Innovation { z_hat, density, .. } = &predicted.innovations()[r];
                 likelihood(density, &model.residual(&detection.z, z_hat))
             });
             let mixture = dot(&bank.prob, &seen.map(|(l, _)| l));
             if mixture > T::lit(LEAST_PROBABILITY) {
                 let factor = *beta / mixture;
-                for (sums, (l, u)) in sums.iter_mut().zip(&seen) {
-                    sums.add(factor * *l, u);
+                for (r, (sums, (l, u))) in sums.iter_mut().zip(&seen).enumerate() {
+                    if predicted.weighs(r) {
+                        sums.add(factor * *l, u);
+                    }
                 }
             } else if *beta > T::ZERO {
-                return self.absorb_apart(beta_0, bank, innovations, model, detections);
+                return self.correct_apart(beta_0, bank, predicted, model, detections);
             }
         }
         let mut resets = 0;
         let mut evidence = [T::ZERO; MODES];
         for r in 0..MODES {
-            let (e, kept) = correct::<T, true, NX, NZ>(&mut bank.modes[r], &innovations[r], &sums[r], beta_0);
+            if !predicted.weighs(r) {
+                continue;
+            }
+            let (e, kept) = correct::<T, true, NX, NZ>(&mut bank.modes[r], &predicted.innovations()[r], &sums[r], beta_0);
             evidence[r] = e;
             resets += u16::from(!kept);
         }
-        bank.weigh(&evidence);
-        resets
+        Corrected { evidence, resets }
+    }
+
+    /// The same for modes that were activated after the association: every kind of detection is served.
+    pub fn correct_activated<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+        &self,
+        beta_0: T,
+        bank: &mut ModeBank<T, NX, MODES>,
+        predicted: &SomeInnovations<'_, T, NX, NZ, MODES>,
+        model: &M,
+        detections: &[Detection<T, NZ>],
+    ) -> Corrected<T, MODES> {
+        if self.gated.is_empty() {
+            return Corrected { evidence: [T::ONE; MODES], resets: 0 };
+        }
+        self.correct_apart(beta_0, bank, predicted, model, detections)
     }
 
     /// Scores, associates by PDA and absorbs in one pass over the gated detections. The modes are updated as if a miss weighed
@@ -182,6 +223,15 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     }
 }
 
+/// What the correction of some modes found.
+#[derive(Clone, Copy, Debug)]
+pub struct Corrected<T, const MODES: usize> {
+    /// e_r of the modes that were corrected, with a common factor
+    pub evidence: [T; MODES],
+    /// Corrections refused because they would have broken a covariance
+    pub resets: u16,
+}
+
 /// What PDA found, in weights with a common factor.
 #[derive(Clone, Copy, Debug)]
 pub struct Found<T> {
@@ -213,21 +263,39 @@ pub fn update_by_one<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, c
     z: &SVector<T, NZ>,
 ) -> u16 {
     let innovations = super::innovations(bank, model);
-    let residuals = innovations.each_ref().map(|innovation| model.residual(z, &innovation.z_hat));
-    let ln_likelihood = core::array::from_fn(|r| innovations[r].density.ln_at(&residuals[r]));
-    let (likelihood, _) = super::apart::relative(&bank.prob, &ln_likelihood);
+    let (ln_likelihood, resets) = correct_by_one(bank, &innovations, model, z);
+    bank.weigh(&relative::<T, _, NX, NZ, MODES>(&bank.prob, &ln_likelihood, &innovations).0);
+    resets
+}
+
+/// Corrects the modes of `predicted` by one measurement that is certainly the target's, each by Kalman's update. Returns ln N(ν_r;
+/// 0, S_r), −∞ in other modes, and how many corrections were refused.
+pub fn correct_by_one<T, M, I, const NX: usize, const NZ: usize, const MODES: usize>(
+    bank: &mut ModeBank<T, NX, MODES>,
+    predicted: &I,
+    model: &M,
+    z: &SVector<T, NZ>,
+) -> ([T; MODES], u16)
+where
+    T: Real,
+    M: MeasurementModel<T, NX, NZ>,
+    I: Predicted<T, NX, NZ, MODES>,
+{
+    let mut ln_likelihood = [-T::ONE / T::ZERO; MODES];
     let mut resets = 0;
     for r in 0..MODES {
-        if likelihood[r] > T::ZERO {
-            let (mode, innovation, nu) = (&mut bank.modes[r], &innovations[r], &residuals[r]);
-            let kept = if innovation.sharp {
-                mode.update_joseph(innovation, &model.jacobian(&mode.mean), &model.noise(&mode.mean), nu)
-            } else {
-                mode.update(innovation, nu)
-            };
-            resets += u16::from(!kept);
+        if !predicted.corrects(r) {
+            continue;
         }
+        let (mode, innovation) = (&mut bank.modes[r], &predicted.innovations()[r]);
+        let nu = model.residual(z, &innovation.z_hat);
+        ln_likelihood[r] = innovation.density.ln_at(&nu);
+        let kept = if innovation.sharp {
+            mode.update_joseph(innovation, &model.jacobian(&mode.mean), &model.noise(&mode.mean), &nu)
+        } else {
+            mode.update(innovation, &nu)
+        };
+        resets += u16::from(!kept);
     }
-    bank.weigh(&likelihood);
-    resets
+    (ln_likelihood, resets)
 }

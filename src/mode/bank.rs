@@ -8,15 +8,26 @@
 //!
 //! Blom and Bar-Shalom, *IEEE Trans. AC* 33(8), 1988; Bar-Shalom, Li and Kirubarajan 2001, section 11.6.6.
 //!
-//! Both sums are taken about the mean of the first mode, d_i = x_i − x_1: with N_i = P_i − P_1 + d_i d_i' shared by
+//! Both sums of all modes are taken about the mean of the first mode, d_i = x_i − x_1: with N_i = P_i − P_1 + d_i d_i' shared by
 //! all targets of the mixing, P⁰_j = P_1 + Σ_i μ_i|j N_i − d̄_j d̄_j'. The terms have the size of the distances
 //! between modes, which one interaction every scan keeps at about one gate, so that nothing of weight cancels; raw
 //! second moments, of the size of the coordinates, would lose the covariance in single precision.
+//!
+//! # Variable structure
+//! A bank may hold some of its modes only (VS-IMM; Li and Bar-Shalom, *IEEE Trans. AC* 41(4), 1996). Into the set `to`, from
+//! the modes i that had a probability at the last scan,
+//!
+//! ```text
+//! c_j = Σ_i π_ij μ_i / Σ_{s ∈ run} Σ_i π_is μ_i,   j in `to`
+//! ```
+//!
+//! where π is that of all modes: probability that jumps out of the set is shared out in proportion. What a mode that is not
+//! active holds means nothing, but for the first: it stands for the place of the target, see [`anchor`](ModeBank::anchor).
 
-use super::ModeSet;
+use super::{ActiveSet, ModeSet};
 use crate::error::ConfigError;
 use crate::gaussian::Gaussian;
-use crate::scalar::{Real, is_finite};
+use crate::scalar::{Real, is_finite, larger};
 
 /// π: `rows[from][to]` is the probability of the mode `to` after one scan in the mode `from`.
 pub type JumpMatrix<T, const MODES: usize> = [[T; MODES]; MODES];
@@ -144,6 +155,108 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         }
     }
 
+    /// The modes that have a probability: all, unless the structure is variable.
+    #[inline(always)]
+    #[must_use]
+    pub fn active(&self) -> ActiveSet {
+        (0..MODES).filter(|r| self.prob[*r] > T::ZERO).collect()
+    }
+
+    /// Mixes the active modes of `before` into the modes `to` of this bank. Their probabilities become c, which sums to one over
+    /// `run`; all others stay as they are. A mode that none can reach (c below 1e-30) gets c = 0 and the combined estimate.
+    ///
+    /// Cost: for every mode of `to` and every one that can jump to it about 5 NX (NX + 1) / 2 operations.
+    #[inline(always)]
+    pub fn interact_from(&mut self, before: &Self, jump: &JumpMatrix<T, MODES>, run: ActiveSet, to: ActiveSet) {
+        let (mut c, mut sum) = ([T::ZERO; MODES], T::ZERO);
+        for j in 0..MODES {
+            if !run.with(to).contains(j) {
+                continue;
+            }
+            for i in 0..MODES {
+                c[j] += jump[i][j] * before.prob[i];
+            }
+            sum += if run.contains(j) { c[j] } else { T::ZERO };
+        }
+        let share = if sum > T::lit(LEAST_PROBABILITY) { T::ONE / sum } else { T::ZERO };
+        for j in 0..MODES {
+            if !to.contains(j) {
+                continue;
+            }
+            let possible = c[j] > T::lit(LEAST_PROBABILITY);
+            let scale = T::ONE / c[j];
+            let weight = |i: usize| if possible { jump[i][j] * scale * before.prob[i] } else { before.prob[i] };
+            before.mix(&core::array::from_fn(weight), &mut self.modes[j]);
+            self.prob[j] = if possible { c[j] * share } else { T::ZERO };
+        }
+    }
+
+    /// `mixed` becomes the moment match of the modes with the weights `weight`, which are zero in modes that are not active.
+    #[inline(always)]
+    fn mix(&self, weight: &[T; MODES], mixed: &mut Gaussian<T, NX>) {
+        let weighed = || self.modes.iter().zip(weight).filter(|(_, w)| **w > T::ZERO);
+        let mut mean = [T::ZERO; NX];
+        for (g, w) in weighed() {
+            for k in 0..NX {
+                mean[k] += *w * g.mean.data.0[0][k];
+            }
+        }
+        let mut cov = [[T::ZERO; NX]; NX];
+        for (g, w) in weighed() {
+            let d: [T; NX] = core::array::from_fn(|k| g.mean.data.0[0][k] - mean[k]);
+            unrolled!(for a in NX {
+                let (mut product, row) = ([T::ZERO; NX], &g.cov.upper()[a]);
+                for b in a..NX {
+                    product[b] = d[a] * d[b];
+                }
+                for b in a..NX {
+                    product[b] += row[b];
+                }
+                for b in a..NX {
+                    product[b] *= *w;
+                }
+                for b in a..NX {
+                    cov[a][b] += product[b];
+                }
+            });
+        }
+        mixed.mean.data.0[0] = mean;
+        *mixed.cov.upper_mut() = cov;
+    }
+
+    /// Predicts the modes of `active` by their models over `dt` \[s\].
+    #[inline(always)]
+    pub fn predict_active<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, active: ActiveSet, dt: T) {
+        for (mode, g) in self.modes.iter_mut().enumerate() {
+            if active.contains(mode) {
+                set.predict(mode, g, dt);
+            }
+        }
+    }
+
+    /// Copies the modes of `active` and all probabilities.
+    #[inline(always)]
+    pub fn copy_active(&mut self, from: &Self, active: ActiveSet) {
+        self.prob = from.prob;
+        for r in 0..MODES {
+            if !active.contains(r) {
+                continue;
+            }
+            self.modes[r] = from.modes[r];
+        }
+    }
+
+    /// Where the first mode is not of `active`, it takes the density of one that is: sensors ask it where the target is, and
+    /// the combined estimate is computed about it.
+    #[inline(always)]
+    pub fn anchor(&mut self, active: ActiveSet) {
+        if !active.contains(0)
+            && let Some(g) = (1..MODES).find(|r| active.contains(*r)).map(|r| self.modes[r])
+        {
+            self.modes[0] = g;
+        }
+    }
+
     /// The combined estimate: one Gaussian with the moments of the mixture.
     ///
     /// Cost: about (4 MODES − 2) NX (NX + 1) / 2 operations; computed when asked for, not by a step.
@@ -199,6 +312,16 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         if sum > T::ZERO && is_finite(sum) && is_finite(scale) {
             self.prob = weighed.map(|p| p * scale);
         }
+    }
+
+    /// μ_r ∝ c_r e_r over the modes of `active`; the others get zero, and these at least 1e-30: a probability tells that a mode
+    /// is active.
+    #[inline(always)]
+    pub(crate) fn weigh_active(&mut self, evidence: &[T; MODES], active: ActiveSet) {
+        let of_active = |r: usize, value: T| if active.contains(r) { value } else { T::ZERO };
+        self.prob = core::array::from_fn(|r| of_active(r, self.prob[r]));
+        self.weigh(evidence);
+        self.prob = core::array::from_fn(|r| of_active(r, larger(self.prob[r], T::lit(LEAST_PROBABILITY))));
     }
 
     /// The most probable mode.

@@ -7,8 +7,8 @@
 //! x_a ← f x_a        P_ab ← f P_ab f' + δ_ab q
 //! ```
 //!
-//! f is straight-line code that propagates a vector in place, first the columns of a block of P, then its rows; no
-//! matrix is formed and no structural zero multiplied. A diagonal block is computed whole and stored as a triangle,
+//! f is straight-line code that propagates vectors in place, all of them side by side: first the columns of a block of P, then
+//! its rows; no matrix is formed and no structural zero multiplied. A diagonal block is computed whole and stored as a triangle,
 //! so the compiler drops what only the lower half would need: constant velocity in two axes costs 28 operations,
 //! constant acceleration 108.
 
@@ -19,10 +19,28 @@ use nalgebra::{SMatrix, SVector};
 
 /// The motion of one block of S states over one step.
 pub trait BlockStep<T: Real, const S: usize> {
-    /// v ← f v
-    fn propagate(&self, v: &mut [T; S]);
+    /// v ← f v for `L` vectors v side by side: `v[i]` are the entries i of all.
+    fn propagate<const L: usize>(&self, v: &mut [[T; L]; S]);
     /// q
     fn noise(&self) -> Symmetric<T, S>;
+}
+
+/// `factor` v
+#[inline(always)]
+pub(super) fn scaled<T: Real, const L: usize>(v: &[T; L], factor: T) -> [T; L] {
+    let mut product = [T::ZERO; L];
+    unrolled!(for l in L {
+        product[l] = factor * v[l];
+    });
+    product
+}
+
+/// v ← v + w
+#[inline(always)]
+pub(super) fn add<T: Real, const L: usize>(v: &mut [T; L], w: &[T; L]) {
+    unrolled!(for l in L {
+        v[l] += w[l];
+    });
 }
 
 /// Predicts mean and covariance of the first `A` blocks of `S` states.
@@ -30,10 +48,12 @@ pub trait BlockStep<T: Real, const S: usize> {
 pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, g: &mut Gaussian<T, NX>) {
     const { assert!(A * S <= NX, "the state is too short for these blocks") }
     let x = &mut g.mean.data.0[0];
-    for a in 0..A {
-        let mut v: [T; S] = core::array::from_fn(|i| x[a * S + i]);
-        step.propagate(&mut v);
-        x[a * S..][..S].copy_from_slice(&v);
+    let mut v: [[T; A]; S] = core::array::from_fn(|i| core::array::from_fn(|a| x[a * S + i]));
+    step.propagate(&mut v);
+    for i in 0..S {
+        for a in 0..A {
+            x[a * S + i] = v[i][a];
+        }
     }
     predict_covariance::<T, B, NX, A, S>(step, &mut g.cov);
 }
@@ -50,25 +70,25 @@ pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A:
     for a in 0..A {
         for b in a..A {
             let mut columns = [[T::ZERO; S]; S];
-            for j in 0..S {
-                for i in 0..S {
-                    columns[j][i] = if a == b && i > j { p[a * S + j][b * S + i] } else { p[a * S + i][b * S + j] };
-                }
-            }
-            for column in &mut columns {
-                step.propagate(column);
-            }
             for i in 0..S {
-                let mut row = [T::ZERO; S];
                 for j in 0..S {
-                    row[j] = columns[j][i];
+                    columns[i][j] = if a == b && i > j { p[a * S + j][b * S + i] } else { p[a * S + i][b * S + j] };
                 }
-                step.propagate(&mut row);
+            }
+            step.propagate(&mut columns);
+            let mut rows = [[T::ZERO; S]; S];
+            for i in 0..S {
+                for j in 0..S {
+                    rows[j][i] = columns[i][j];
+                }
+            }
+            step.propagate(&mut rows);
+            for i in 0..S {
                 for j in 0..S {
                     if a != b {
-                        p[a * S + i][b * S + j] = row[j];
+                        p[a * S + i][b * S + j] = rows[j][i];
                     } else if i <= j {
-                        p[a * S + i][b * S + j] = row[j] + q.upper()[i][j];
+                        p[a * S + i][b * S + j] = rows[j][i] + q.upper()[i][j];
                     }
                 }
             }
@@ -79,18 +99,20 @@ pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A:
 /// F, block diagonal, one beyond the blocks: the plain form of a block-wise model.
 pub fn jacobian<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B) -> SMatrix<T, NX, NX> {
     const { assert!(A * S <= NX, "the state is too short for these blocks") }
-    let mut f = SMatrix::<T, NX, NX>::identity();
-    for j in 0..S {
-        let mut column = [T::ZERO; S];
-        column[j] = T::ONE;
-        step.propagate(&mut column);
-        for a in 0..A {
-            for i in 0..S {
-                f.data.0[a * S + j][a * S + i] = column[i];
-            }
-        }
+    let mut block = [[T::ZERO; S]; S];
+    for i in 0..S {
+        block[i][i] = T::ONE;
     }
-    f
+    step.propagate(&mut block);
+    SMatrix::from_fn(|i, j| {
+        if i < A * S && i / S == j / S {
+            block[i % S][j % S]
+        } else if i == j {
+            T::ONE
+        } else {
+            T::ZERO
+        }
+    })
 }
 
 /// f(x), as F x.

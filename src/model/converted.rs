@@ -17,7 +17,7 @@
 //! it keeps its digits in single precision; A and B come from a series, not from 1 − e^{−σ²}. It is needed when
 //! r σ_a² / σ_r exceeds about 0.4 (Lerro and Bar-Shalom 1993); below, both agree.
 
-use crate::scalar::{Real, sin_cos, sqrt};
+use crate::scalar::{Real, exp, polynomial, sin_cos, sqrt};
 use crate::symmetric::Symmetric;
 
 /// A polar measurement with independent errors.
@@ -49,14 +49,14 @@ pub struct Converted<T> {
 /// 1 − e^{−x} for x ≥ 0 without cancellation.
 fn one_minus_exp<T: Real>(x: T) -> T {
     if x > T::lit(0.5) {
-        return T::ONE - crate::scalar::exp(-x);
+        return T::ONE - exp(-x);
     }
-    let mut sum = T::ONE;
-    // x − x²/2! + x³/3! − …, by Horner.
-    for n in (2..=16).rev() {
-        sum = T::ONE - x / T::from_count(n) * sum;
-    }
-    x * sum
+    // 1/n! with alternating signs
+    let series = polynomial!(x;
+        1.0, -1.0 / 2.0, 1.0 / 6.0, -1.0 / 24.0, 1.0 / 120.0, -1.0 / 720.0, 1.0 / 5040.0, -1.0 / 40_320.0;
+        1.0 / 362_880.0, -1.0 / 3_628_800.0, 1.0 / 39_916_800.0, -1.0 / 479_001_600.0, 1.0 / 6_227_020_800.0,
+        -1.0 / 87_178_291_200.0, 1.0 / 1_307_674_368_000.0);
+    x * series
 }
 
 impl<T: Real> Polar<T> {

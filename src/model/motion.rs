@@ -85,15 +85,22 @@ struct VelocityStep<T> {
 
 impl<T: Real, const S: usize> BlockStep<T, S> for VelocityStep<T> {
     #[inline(always)]
-    fn propagate(&self, v: &mut [T; S]) {
-        v[0] += self.dt * v[1];
-        for unused in &mut v[2..] {
-            *unused = T::ZERO;
+    fn propagate<const L: usize>(&self, v: &mut [[T; L]; S]) {
+        let moved = block::scaled(&v[1], self.dt);
+        block::add(&mut v[0], &moved);
+        for unused in v.iter_mut().skip(2) {
+            *unused = [T::ZERO; L];
         }
     }
     #[inline(always)]
     fn noise(&self) -> Symmetric<T, S> {
-        Symmetric::from_fn(|i, j| if j < 2 { self.noise[i + j] } else { T::ZERO })
+        let [position, cross, velocity] = self.noise;
+        Symmetric::from_fn(|i, j| match (i, j) {
+            (0, 0) => position,
+            (0, 1) => cross,
+            (1, 1) => velocity,
+            _ => T::ZERO,
+        })
     }
 }
 
@@ -175,10 +182,13 @@ struct AccelerationStep<T> {
 
 impl<T: Real> BlockStep<T, 3> for AccelerationStep<T> {
     #[inline(always)]
-    fn propagate(&self, v: &mut [T; 3]) {
-        v[0] += self.velocity * v[1] + self.acceleration[0] * v[2];
-        v[1] += self.acceleration[1] * v[2];
-        v[2] *= self.acceleration[2];
+    fn propagate<const L: usize>(&self, [x, v, a]: &mut [[T; L]; 3]) {
+        let [to_x, to_v, to_a] = self.acceleration;
+        let (moved, fallen, gained) = (block::scaled(v, self.velocity), block::scaled(a, to_x), block::scaled(a, to_v));
+        block::add(x, &moved);
+        block::add(x, &fallen);
+        block::add(v, &gained);
+        *a = block::scaled(a, to_a);
     }
     #[inline(always)]
     fn noise(&self) -> Symmetric<T, 3> {

@@ -40,7 +40,8 @@ impl<T: Real, const NX: usize, const NZ: usize> Drift<T, NX, NZ> {
     /// Of the predicted measurement `innovation` of `g`.
     pub fn new<M: MeasurementModel<T, NX, NZ>>(model: &M, g: &Gaussian<T, NX>, innovation: &Innovation<T, NX, NZ>) -> Self {
         let h = model.jacobian(&g.mean);
-        let mut hn = SMatrix::<T, NZ, NX>::from_fn(|k, j| M::LAYOUT.integral(j).map_or(T::ZERO, |i| h.data.0[i][k]));
+        let mut hn =
+            SMatrix::<T, NZ, NX>::from_fn(|k, j| M::LAYOUT.integral(j).and_then(|i| h.data.0.get(i)).map_or(T::ZERO, |column| column[k]));
         let mut rate = hn * g.mean;
         for (a, v) in model.velocity().iter().enumerate().take(M::LAYOUT.axes) {
             if let Some(column) = h.data.0.get(a * M::LAYOUT.stride) {

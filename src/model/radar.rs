@@ -25,11 +25,12 @@
 //!
 //! H has entries only at positions and, for range-rate, at velocities: G = P H' and H G visit those alone.
 
+use super::block::add;
 use super::converted::Polar;
 use super::{Fix, Layout, MeasurementModel, RadialSpeed};
 use crate::error::ConfigError;
 use crate::gaussian::{Gaussian, Innovation};
-use crate::scalar::{Real, atan2, fold, larger, sin_cos, sqrt, wrap};
+use crate::scalar::{Real, atan2, fold, larger, sin_cos, sqrt};
 use crate::symmetric::Symmetric;
 use crate::time::Duration;
 use nalgebra::{SMatrix, SVector};
@@ -102,8 +103,8 @@ pub struct Radar<T, const NZ: usize, const AXES: usize, const STRIDE: usize> {
     components: [Component; NZ],
     noise: Symmetric<T, NZ>,
     mount: Mount<T>,
-    /// V
-    unambiguous: Option<T>,
+    /// Half the interval modulo which a component is measured: π, V, or infinite.
+    half: [T; NZ],
 }
 
 /// The sight of one target: all that h and H need, computed once.
@@ -111,6 +112,10 @@ struct Sight<T> {
     d: [T; 3],
     rho: T,
     range: T,
+    /// 1 / ρ
+    per_rho: T,
+    /// 1 / r
+    per_range: T,
     u: [T; 3],
     closing: [T; 3],
     rate: T,
@@ -126,7 +131,11 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
         if !noise.is_definite() {
             return Err(ConfigError::NotDefinite);
         }
-        Ok(Self { components, noise, mount: Mount::at([T::ZERO; 3]), unambiguous: None })
+        let half = components.map(|component| match component {
+            Component::Azimuth | Component::Elevation => T::PI,
+            Component::Range | Component::RangeRate => T::lit(f64::INFINITY),
+        });
+        Ok(Self { components, noise, mount: Mount::at([T::ZERO; 3]), half })
     }
 
     /// The same sensor on `mount`. For a moving sensor, once a scan.
@@ -146,7 +155,15 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
             (false, ..) => Err(ConfigError::NoRangeRate),
             (_, false, _) => Err(ConfigError::NotFinite),
             (.., false) => Err(ConfigError::NotPositive),
-            _ => Ok(Self { unambiguous: Some(speed), ..self }),
+            _ => {
+                let mut half = self.half;
+                for (half, component) in half.iter_mut().zip(&self.components) {
+                    if *component == Component::RangeRate {
+                        *half = speed;
+                    }
+                }
+                Ok(Self { half, ..self })
+            }
         }
     }
 
@@ -161,7 +178,8 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
         let rho2 = d[0] * d[0] + d[1] * d[1];
         let rho = larger(sqrt(rho2), floor);
         let range = larger(sqrt(rho2 + d[2] * d[2]), floor);
-        let u = delta.map(|v| v / range);
+        let (per_rho, per_range) = (T::ONE / rho, T::ONE / range);
+        let u = delta.map(|v| v * per_range);
         let mut closing = [T::ZERO; 3];
         let mut rate = T::ZERO;
         if self.components.contains(&Component::RangeRate) {
@@ -171,7 +189,7 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
                 rate += closing[a] * u[a];
             }
         }
-        Sight { d, rho, range, u, closing, rate }
+        Sight { d, rho, range, per_rho, per_range, u, closing, rate }
     }
 
     #[inline(always)]
@@ -187,19 +205,38 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
     /// ∂/∂p in world axes.
     #[inline(always)]
     fn by_position(&self, component: Component, sight: &Sight<T>) -> [T; 3] {
-        let Sight { d, rho, range, u, closing, rate } = sight;
+        let Sight { d, rho, per_rho, per_range, u, closing, rate, .. } = sight;
         match component {
             Component::Range => *u,
             Component::Azimuth => {
-                let scale = T::ONE / (*rho * *rho);
+                let scale = *per_rho * *per_rho;
                 self.mount.to_world([-d[1] * scale, d[0] * scale, T::ZERO])
             }
             Component::Elevation => {
-                let scale = T::ONE / (*rho * *range * *range);
-                self.mount.to_world([-d[0] * d[2] * scale, -d[1] * d[2] * scale, *rho * *rho * scale])
+                let per_range2 = *per_range * *per_range;
+                let scale = -d[2] * (*per_rho * per_range2);
+                self.mount.to_world([d[0] * scale, d[1] * scale, *rho * per_range2])
             }
-            Component::RangeRate => core::array::from_fn(|a| (closing[a] - *rate * u[a]) / *range),
+            Component::RangeRate => core::array::from_fn(|a| (closing[a] - *rate * u[a]) * *per_range),
         }
+    }
+
+    /// Whether ∂/∂v is u; it is zero otherwise.
+    #[inline(always)]
+    fn tells_velocity(component: Component) -> bool {
+        component == Component::RangeRate && STRIDE >= 2
+    }
+
+    /// Σ_a `row`_a times the column of P at entry `part` of axis a.
+    #[inline(always)]
+    fn gather<const NX: usize>(p: &Symmetric<T, NX>, row: &[T; 3], part: usize) -> [T; NX] {
+        // All products, then all sums: no result is used at once.
+        let (mut sum, y) = (p.column(part, row[0]), p.column(STRIDE + part, row[1]));
+        add(&mut sum, &y);
+        if AXES == 3 {
+            add(&mut sum, &p.column(2 * STRIDE + part, row[2]));
+        }
+        sum
     }
 
     /// The elevation at which a line of sight of this range and azimuth meets the plane of a state without height:
@@ -213,18 +250,6 @@ impl<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize> Radar<T, 
         let s2 = T::ONE - c * c;
         // The target must lie beyond the sensor's own height, or there is no such point.
         (s2 > T::ZERO).then(|| atan2(b, a) - atan2(sqrt(s2), c))
-    }
-
-    /// a − b with angles wrapped.
-    #[inline(always)]
-    fn wrapped(&self, a: &SVector<T, NZ>, b: &SVector<T, NZ>) -> SVector<T, NZ> {
-        SVector::from_fn(|k, _| {
-            let nu = a.data.0[0][k] - b.data.0[0][k];
-            match self.components[k] {
-                Component::Azimuth | Component::Elevation => wrap(nu),
-                Component::Range | Component::RangeRate => nu,
-            }
-        })
     }
 
     /// The measured value of `component` in `z`, with its variance in `noise`.
@@ -250,7 +275,7 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
             let by_position = self.by_position(*component, &sight);
             for a in 0..AXES {
                 h.data.0[a * STRIDE][k] = by_position[a];
-                if *component == Component::RangeRate && STRIDE >= 2 {
+                if Self::tells_velocity(*component) {
                     h.data.0[a * STRIDE + 1][k] = sight.u[a];
                 }
             }
@@ -262,26 +287,19 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
     }
     #[inline(always)]
     fn residual(&self, z: &SVector<T, NZ>, z_hat: &SVector<T, NZ>) -> SVector<T, NZ> {
-        let mut nu = self.wrapped(z, z_hat);
-        // One branch for all components: a fold beside the wrapping of angles would cost those who need none.
-        if let Some(v) = self.unambiguous {
-            for (nu, component) in nu.iter_mut().zip(&self.components) {
-                if *component == Component::RangeRate {
-                    *nu = fold(*nu, v);
-                }
-            }
-        }
-        nu
+        SVector::from_fn(|k, _| fold(z.data.0[0][k] - z_hat.data.0[0][k], self.half[k]))
     }
     #[inline(always)]
     fn difference(&self, a: &SVector<T, NZ>, b: &SVector<T, NZ>) -> SVector<T, NZ> {
-        self.wrapped(a, b)
+        SVector::from_fn(|k, _| {
+            let d = a.data.0[0][k] - b.data.0[0][k];
+            if self.components[k] == Component::RangeRate { d } else { fold(d, self.half[k]) }
+        })
     }
     #[inline(always)]
     fn drop_ambiguous(&self, cross: &mut SMatrix<T, NX, NZ>, spread: &mut Symmetric<T, NZ>, noise: &Symmetric<T, NZ>) {
-        let Some(v) = self.unambiguous else { return };
         for k in 0..NZ {
-            let variance = spread.upper()[k][k] + noise.upper()[k][k];
+            let (v, variance) = (self.half[k], spread.upper()[k][k] + noise.upper()[k][k]);
             if self.components[k] == Component::RangeRate && T::lit(9.0) * variance > v * v {
                 cross.data.0[k] = [T::ZERO; NX];
                 for l in 0..NZ {
@@ -293,23 +311,14 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
     #[inline]
     fn innovation(&self, g: &Gaussian<T, NX>) -> Innovation<T, NX, NZ> {
         let sight = self.sight(&g.mean);
-        let mut cross = SMatrix::<T, NX, NZ>::zeros();
-        let mut by_position = [[T::ZERO; 3]; NZ];
+        let by_position = self.components.map(|component| self.by_position(component, &sight));
+        let mut cross = SMatrix::zeros();
         for k in 0..NZ {
-            let row = self.by_position(self.components[k], &sight);
-            for i in 0..NX {
-                let mut sum = g.cov.at(i, 0) * row[0];
-                for a in 1..AXES {
-                    sum += g.cov.at(i, a * STRIDE) * row[a];
-                }
-                if self.components[k] == Component::RangeRate && STRIDE >= 2 {
-                    for a in 0..AXES {
-                        sum += g.cov.at(i, a * STRIDE + 1) * sight.u[a];
-                    }
-                }
-                cross.data.0[k][i] = sum;
+            let mut column = Self::gather(&g.cov, &by_position[k], 0);
+            if Self::tells_velocity(self.components[k]) {
+                add(&mut column, &Self::gather(&g.cov, &sight.u, 1));
             }
-            by_position[k] = row;
+            cross.data.0[k] = column;
         }
         let mut spread = Symmetric::from_fn(|k, l| {
             let column = &cross.data.0[l];
@@ -317,7 +326,7 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
             for a in 1..AXES {
                 sum += by_position[k][a] * column[a * STRIDE];
             }
-            if self.components[k] == Component::RangeRate && STRIDE >= 2 {
+            if Self::tells_velocity(self.components[k]) {
                 for a in 0..AXES {
                     sum += sight.u[a] * column[a * STRIDE + 1];
                 }
@@ -363,7 +372,8 @@ impl<T: Real, const NX: usize, const NZ: usize, const AXES: usize, const STRIDE:
             for (d, v) in direction.iter().zip(&self.mount.velocity) {
                 speed += *d * *v;
             }
-            RadialSpeed { direction, speed, variance, unambiguous: self.unambiguous }
+            let folded = self.components.iter().zip(&self.half).find(|(c, v)| **c == Component::RangeRate && v.is_finite());
+            RadialSpeed { direction, speed, variance, unambiguous: folded.map(|(_, v)| *v) }
         });
         let position = core::array::from_fn(|a| self.mount.position[a] + offset[a]);
         Some(Fix { position, cov, radial, offset: Duration::ZERO })

@@ -10,12 +10,12 @@
 //! quotients (S' → 0 but C' → ½: the derivative at ω = 0 is not zero). A third axis, if any, keeps its velocity.
 //! Bar-Shalom, Li and Kirubarajan 2001, sections 11.7.1–11.7.2. Process noise as constant velocity in every axis.
 
-use super::block::{self, BlockStep};
+use super::block::{self, BlockStep, add, scaled};
 use super::motion::ProcessNoise;
 use super::{Layout, MotionModel};
 use crate::error::ConfigError;
 use crate::gaussian::Gaussian;
-use crate::scalar::{Real, sin_cos};
+use crate::scalar::{Real, polynomial, sin_cos};
 use crate::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
 
@@ -70,16 +70,6 @@ struct Arc<T> {
     cos: T,
 }
 
-/// Σ_k coefficients[k] z^k
-#[inline(always)]
-fn polynomial<T: Real, const K: usize>(z: T, coefficients: [f64; K]) -> T {
-    let mut sum = T::lit(coefficients[K - 1]);
-    for k in (0..K - 1).rev() {
-        sum = sum * z + T::lit(coefficients[k]);
-    }
-    sum
-}
-
 /// Below this angle \[rad\] the power series serve, exact to rounding with the terms given.
 const SERIES: f64 = 0.5;
 
@@ -90,8 +80,9 @@ impl<T: Real> Arc<T> {
             let z = a * a;
             // 1/(2k+1)! and 1/(2k+2)! with alternating signs
             let s =
-                polynomial(z, [1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0, 1.0 / 6_227_020_800.0]);
-            let c = a * polynomial(z, [0.5, -1.0 / 24.0, 1.0 / 720.0, -1.0 / 40_320.0, 1.0 / 3_628_800.0, -1.0 / 479_001_600.0]);
+                polynomial!(z; 1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0; 1.0 / 362_880.0, -1.0 / 39_916_800.0, 1.0 / 6_227_020_800.0);
+            let c = polynomial!(z; 0.5, -1.0 / 24.0, 1.0 / 720.0, -1.0 / 40_320.0; 1.0 / 3_628_800.0, -1.0 / 479_001_600.0);
+            let c = a * c;
             Self { s, c, sin: a * s, cos: T::ONE - a * c }
         } else {
             let (sin, cos) = sin_cos(a);
@@ -106,9 +97,9 @@ impl<T: Real> Arc<T> {
         if a < T::lit(SERIES) && a > T::lit(-SERIES) {
             let z = a * a;
             // 2k/(2k+1)! and (2k+1)/(2k+2)! with alternating signs
-            let s = a * polynomial(z, [-1.0 / 3.0, 1.0 / 30.0, -1.0 / 840.0, 1.0 / 45_360.0, -1.0 / 3_991_680.0, 1.0 / 518_918_400.0]);
-            let c = polynomial(z, [0.5, -0.125, 1.0 / 144.0, -1.0 / 5760.0, 1.0 / 403_200.0, -1.0 / 43_545_600.0, 1.0 / 6_706_022_400.0]);
-            (s, c)
+            let s = polynomial!(z; -1.0 / 3.0, 1.0 / 30.0, -1.0 / 840.0, 1.0 / 45_360.0; -1.0 / 3_991_680.0, 1.0 / 518_918_400.0);
+            let c = polynomial!(z; 0.5, -0.125, 1.0 / 144.0, -1.0 / 5760.0; 1.0 / 403_200.0, -1.0 / 43_545_600.0, 1.0 / 6_706_022_400.0);
+            (a * s, c)
         } else {
             ((self.cos - self.s) / a, (self.sin - self.c) / a)
         }
@@ -127,28 +118,33 @@ struct TurnStep<T, const S: usize> {
 impl<T: Real, const S: usize> TurnStep<T, S> {
     /// The first four states; the third axis, if any, behind them.
     #[inline(always)]
-    fn turn(&self, v: &mut [T; S]) {
+    fn turn<const L: usize>(&self, v: &mut [[T; L]; S]) {
         let Arc { s, c, sin, cos } = self.arc;
         let (along, across) = (self.dt * s, self.dt * c);
         let (vx, vy) = (v[1], v[3]);
-        v[0] += along * vx - across * vy;
-        v[1] = cos * vx - sin * vy;
-        v[2] += across * vx + along * vy;
-        v[3] = sin * vx + cos * vy;
+        let (xx, xy, yx, yy) = (scaled(&vx, along), scaled(&vy, -across), scaled(&vx, across), scaled(&vy, along));
+        add(&mut v[0], &xx);
+        add(&mut v[2], &yx);
+        add(&mut v[0], &xy);
+        add(&mut v[2], &yy);
+        (v[1], v[3]) = (scaled(&vx, cos), scaled(&vx, sin));
+        add(&mut v[1], &scaled(&vy, -sin));
+        add(&mut v[3], &scaled(&vy, cos));
         if S >= 6 {
-            v[4] += self.dt * v[5];
+            let rise = scaled(&v[5], self.dt);
+            add(&mut v[4], &rise);
         }
     }
 }
 
 impl<T: Real, const S: usize> BlockStep<T, S> for TurnStep<T, S> {
     #[inline(always)]
-    fn propagate(&self, v: &mut [T; S]) {
+    fn propagate<const L: usize>(&self, v: &mut [[T; L]; S]) {
         self.turn(v);
         if S % 2 == 1 {
             let rate = v[S - 1];
             for i in 0..4 {
-                v[i] += self.by_rate[i] * rate;
+                add(&mut v[i], &scaled(&rate, self.by_rate[i]));
             }
         }
     }
@@ -221,9 +217,9 @@ impl<T: Real, const NX: usize, const AXES: usize> MotionModel<T, NX> for Unknown
     const LAYOUT: Layout = Layout { axes: AXES, stride: 2 };
 
     fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX> {
-        let mut moved = *x;
-        self.step(x, dt).turn(&mut moved.data.0[0]);
-        moved
+        let mut moved = x.data.0[0].map(|x| [x]);
+        self.step(x, dt).turn(&mut moved);
+        SVector::from_fn(|i, _| moved[i][0])
     }
     fn jacobian(&self, x: &SVector<T, NX>, dt: T) -> SMatrix<T, NX, NX> {
         block::jacobian::<T, _, NX, 1, NX>(&self.step(x, dt))
@@ -234,7 +230,9 @@ impl<T: Real, const NX: usize, const AXES: usize> MotionModel<T, NX> for Unknown
     #[inline(always)]
     fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
         let step = self.step(&g.mean, dt);
-        step.turn(&mut g.mean.data.0[0]);
+        let mut moved = g.mean.data.0[0].map(|x| [x]);
+        step.turn(&mut moved);
+        g.mean.data.0[0] = moved.map(|[x]| x);
         block::predict_covariance::<T, _, NX, 1, NX>(&step, &mut g.cov);
     }
 }

@@ -8,7 +8,8 @@
 //! observe     ẑ = Z₀ + Σ W (Z_i − Z₀),  H P H' = Σ W (Z_i − ẑ)(·)',  G = Σ W (X_i − x)(Z_i − ẑ)'
 //! ```
 //!
-//! Differences of measurements are taken by the model's `difference`, so angles wrap. Two conventions exist: sigma
+//! Z_i − Z₀ is taken by the model's `difference`, so angles wrap, and Z_i − ẑ = (Z_i − Z₀) − (ẑ − Z₀): every point is observed
+//! once. Points are kept as X_i − X₀, which no coordinate rounds away. Two conventions exist: sigma
 //! points drawn anew from the prediction, Q included (Särkkä; [`Unscented`] does this), or the propagated points used
 //! again, which do not know Q (Julier and Uhlmann; Wan and van der Merwe): keep the points that
 //! [`SigmaPoints::propagate`] returns and call [`SigmaPoints::observe`] on them.
@@ -21,7 +22,7 @@ use crate::error::ConfigError;
 use crate::gaussian::{Gaussian, Innovation};
 use crate::scalar::{Real, sqrt};
 use crate::symmetric::Symmetric;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// The scaling of the sigma points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,9 +57,10 @@ impl<T: Real> Scaling<T> {
 /// 2 NX + 1 sigma points: the centre, and one to either side for every column of the factor.
 #[derive(Clone, Copy, Debug)]
 pub struct SigmaPoints<T, const NX: usize> {
+    /// X₀
     centre: SVector<T, NX>,
-    plus: [SVector<T, NX>; NX],
-    minus: [SVector<T, NX>; NX],
+    /// X_i − X₀
+    sides: [[SVector<T, NX>; NX]; 2],
     scaling: Scaling<T>,
 }
 
@@ -68,76 +70,71 @@ impl<T: Real, const NX: usize> SigmaPoints<T, NX> {
     pub fn draw(g: &Gaussian<T, NX>, scaling: Scaling<T>) -> Option<Self> {
         let l = g.cov.cholesky()?;
         let root = sqrt(scaling.spread(NX));
-        let column = |j: usize| SVector::<T, NX>::from_fn(|i, _| l[i][j] * root);
-        Some(Self {
-            centre: g.mean,
-            plus: core::array::from_fn(|j| g.mean + column(j)),
-            minus: core::array::from_fn(|j| g.mean - column(j)),
-            scaling,
-        })
+        let side = |root: T| core::array::from_fn(|j| SVector::from_fn(|i, _| l[i][j] * root));
+        Some(Self { centre: g.mean, sides: [side(root), side(-root)], scaling })
     }
 
     /// Moves every point by `model`; returns the moved points and the predicted density, Q added.
     #[must_use]
     pub fn propagate<M: MotionModel<T, NX>>(&self, model: &M, dt: T) -> (Self, Gaussian<T, NX>) {
-        let moved = Self {
-            centre: model.transition(&self.centre, dt),
-            plus: core::array::from_fn(|j| model.transition(&self.plus[j], dt)),
-            minus: core::array::from_fn(|j| model.transition(&self.minus[j], dt)),
-            scaling: self.scaling,
-        };
+        let centre = model.transition(&self.centre, dt);
+        let sides = self.sides.each_ref().map(|side| side.each_ref().map(|d| model.transition(&(self.centre + d), dt) - centre));
         let weights = Weights::new(&self.scaling, NX);
-        let mut shift = SVector::zeros();
-        for x in moved.plus.iter().chain(&moved.minus) {
-            shift += (x - moved.centre) * weights.side;
-        }
-        let mean = moved.centre + shift;
+        let shift = sides.iter().flatten().sum::<SVector<T, NX>>() * weights.side;
         let mut cov = model.process_noise(&self.centre, dt);
-        moved.for_each(|x, weight| {
-            let d = x - mean;
-            for i in 0..NX {
-                for j in i..NX {
-                    cov.upper_mut()[i][j] += weight * d.data.0[0][i] * d.data.0[0][j];
-                }
-            }
-        });
-        (moved, Gaussian::new(mean, cov))
+        add_square(&mut cov, weights.centre, &shift);
+        for d in sides.iter().flatten() {
+            add_square(&mut cov, weights.side, &(d - shift));
+        }
+        (Self { centre, sides, scaling: self.scaling }, Gaussian::new(centre + shift, cov))
     }
 
     /// The predicted measurement of a density with mean `mean` that these points stand for.
+    ///
+    /// Cost: 2 NX + 1 observations, and about 2 NX NZ (NX + NZ / 2) multiply-adds.
     #[must_use]
     pub fn observe<M: MeasurementModel<T, NX, NZ>, const NZ: usize>(&self, model: &M, mean: &SVector<T, NX>) -> Innovation<T, NX, NZ> {
         let z_centre = model.observe(&self.centre);
+        // Z_i − Z₀, and of ẑ the same.
+        let mut seen =
+            self.sides.each_ref().map(|side| side.each_ref().map(|d| model.difference(&model.observe(&(self.centre + d)), &z_centre)));
         let weights = Weights::new(&self.scaling, NX);
-        let mut shift = SVector::<T, NZ>::zeros();
-        for x in self.plus.iter().chain(&self.minus) {
-            shift += model.difference(&model.observe(x), &z_centre) * weights.side;
-        }
+        let shift = seen.iter().flatten().sum::<SVector<T, NZ>>() * weights.side;
+        seen.iter_mut().flatten().for_each(|dz| *dz -= shift);
         // ẑ wrapped by asking for its difference from zero.
         let z_hat = model.difference(&(z_centre + shift), &SVector::zeros());
         let mut spread = Symmetric::zeros();
-        let mut cross = SMatrix::zeros();
-        self.for_each(|x, weight| {
-            let dz = model.difference(&model.observe(x), &z_hat);
-            let weighted = dz * weight;
-            for k in 0..NZ {
-                for l in k..NZ {
-                    spread.upper_mut()[k][l] += weighted.data.0[0][k] * dz.data.0[0][l];
+        add_square(&mut spread, weights.centre, &shift);
+        for dz in seen.iter().flatten() {
+            add_square(&mut spread, weights.side, dz);
+        }
+        let total = seen.iter().flatten().sum::<SVector<T, NZ>>() * weights.side - shift * weights.centre;
+        let away = self.centre - mean;
+        let mut cross = SMatrix::from_array_storage(ArrayStorage(core::array::from_fn(|k| {
+            // A column at a time, all of which fits into registers.
+            let mut sum = [T::ZERO; NX];
+            for (d, dz) in self.sides.iter().flatten().zip(seen.iter().flatten()) {
+                let products: [T; NX] = core::array::from_fn(|i| d.data.0[0][i] * dz.data.0[0][k]);
+                for i in 0..NX {
+                    sum[i] += products[i];
                 }
             }
-            cross += (x - mean) * weighted.transpose();
-        });
+            core::array::from_fn(|i| sum[i] * weights.side + away.data.0[0][i] * total.data.0[0][k])
+        })));
         let noise = model.noise(mean);
         model.drop_ambiguous(&mut cross, &mut spread, &noise);
         Innovation::new(z_hat, cross, spread, &noise)
     }
+}
 
-    /// Visits every point with its covariance weight.
-    fn for_each(&self, mut visit: impl FnMut(&SVector<T, NX>, T)) {
-        let weights = Weights::new(&self.scaling, NX);
-        visit(&self.centre, weights.centre);
-        for x in self.plus.iter().chain(&self.minus) {
-            visit(x, weights.side);
+/// S ← S + `weight` d d'
+#[inline(always)]
+fn add_square<T: Real, const N: usize>(s: &mut Symmetric<T, N>, weight: T, d: &SVector<T, N>) {
+    let d = &d.data.0[0];
+    let weighted = d.map(|d| weight * d);
+    for i in 0..N {
+        for j in i..N {
+            s.upper_mut()[i][j] += weighted[i] * d[j];
         }
     }
 }

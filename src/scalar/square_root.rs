@@ -5,14 +5,14 @@
 //! # Why
 //! Core has no square root on stable Rust, and `libm` finds it bit by bit on ARM: 60 estimated cycles a call on a
 //! Cortex-M4F, against 14 for `vsqrt.f32` and four for moving the number there and back. A radar predicts its measurement
-//! by two roots, sigma points of nine states by 86. Cycles of the image `kernels` at opt-level 3:
+//! by two roots, sigma points of nine states by 48. Cycles of the image `kernels` at opt-level 3:
 //!
 //! ```text
 //!                                                                   libm    here
-//! ekf2_update_4   range and azimuth of 4 states                     1211    1127    -7 %
-//! ekf4_update_9   range, azimuth, elevation, range-rate of 9        6054    5960    -2 %
-//! ukf4_update_9   the same by sigma points                         50089   45756    -9 %
-//! convert_polar   to Cartesian coordinates, debiased                 921     801   -13 %
+//! ekf2_update_4   range and azimuth of 4 states                      936     842   -10 %
+//! ekf4_update_9   range, azimuth, elevation, range-rate of 9        4182    4088    -2 %
+//! ukf4_update_9   the same by sigma points                         26150   23684    -9 %
+//! convert_polar   to Cartesian coordinates, debiased                 547     427   -22 %
 //! ```
 //!
 //! # Why it is sound

@@ -11,7 +11,7 @@ mod logic;
 pub use logic::{Existence, Logic};
 
 use crate::gaussian::Gaussian;
-use crate::mode::ModeBank;
+use crate::mode::{ActiveSet, ModeBank};
 use crate::model::Layout;
 use crate::scalar::Real;
 use crate::scan::Estimate;
@@ -21,7 +21,7 @@ use logic::Policy;
 /// The identity of a track, never used for another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct TrackId(NonZeroU32);
+pub struct TrackId(pub(crate) NonZeroU32);
 
 impl TrackId {
     /// The number of the identity, from 1 in order of birth.
@@ -102,6 +102,12 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
     #[must_use]
     pub fn bank(&self) -> &ModeBank<T, NX, MODES> {
         &self.bank
+    }
+
+    /// The modes that ran in the last scan: all, unless the tracker adapts them.
+    #[must_use]
+    pub fn active(&self) -> ActiveSet {
+        self.bank.active()
     }
 
     /// Scans in a row without a hit.

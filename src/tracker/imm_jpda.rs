@@ -41,18 +41,19 @@
 //!
 //! Memory: [`JointState`] is all there is: tracks, TRACKS (DETS + 1) scalars of the matrix, and what the associator needs.
 
-use super::picture::{Look, Outcome, Picture, Setup, looks};
+use super::picture::{Outcome, Picture, Setup, looks};
+use super::rows;
 use super::{Scratch, State, Tracker, Work};
-use crate::association::{AssociationMatrix, Associator, ClutterPrior, Domain, Jpda};
+use crate::association::{AssociationMatrix, Associator, Jpda};
 use crate::error::{ConfigError, ScanError};
-use crate::evidence::{LEAST_DENSITY, innovations};
+use crate::evidence::innovations;
 use crate::gaussian::Gaussian;
 use crate::initiation::Initiation;
 use crate::mode::{JumpMatrix, ModeSet};
 use crate::model::Layout;
-use crate::scalar::{Real, is_finite, larger};
+use crate::scalar::Real;
 use crate::scan::{Detection, Report, Scan, Selection};
-use crate::sensor::{Clutter, Sensor};
+use crate::sensor::Sensor;
 use crate::time::Instant;
 use crate::track::{Logic, Track, TrackId};
 
@@ -74,8 +75,16 @@ pub type JointState<T, const NX: usize, const MODES: usize, const TRACKS: usize,
 #[derive(Clone, Debug)]
 pub struct Joint<T: Real, const TRACKS: usize, const DETS: usize, A: Associator<T, TRACKS, DETS>> {
     /// A row for every slot, a column for every detection taken in
-    matrix: AssociationMatrix<T, TRACKS, DETS>,
-    memory: A::Memory,
+    pub(super) matrix: AssociationMatrix<T, TRACKS, DETS>,
+    pub(super) memory: A::Memory,
+}
+
+impl<T: Real, A: Associator<T, TRACKS, DETS>, const TRACKS: usize, const DETS: usize> AsRef<AssociationMatrix<T, TRACKS, DETS>>
+    for Joint<T, TRACKS, DETS, A>
+{
+    fn as_ref(&self) -> &AssociationMatrix<T, TRACKS, DETS> {
+        &self.matrix
+    }
 }
 
 impl<T: Real, A: Associator<T, TRACKS, DETS>, const TRACKS: usize, const DETS: usize> Scratch for Joint<T, TRACKS, DETS, A> {
@@ -124,53 +133,16 @@ where
         scan: &Scan<'_, T, NZ>,
     ) -> Result<Report, ScanError> {
         let (selection, mut report) = state.picture.open(&self.setup, sensor, scan)?;
-        self.score(state, sensor, scan.detections, &selection);
+        score(state, sensor, scan.detections, &selection);
         let Joint { matrix, memory } = &mut state.scratch;
         report.add(self.associator.associate(matrix, memory));
         self.absorb(state, sensor, scan.detections, &selection, &mut report);
-        state.picture.delete_duplicates(&self.setup, &mut report);
-        state.picture.initiate(&self.setup, sensor, scan, &selection, &mut report);
+        state.picture.close(&self.setup, sensor, scan, &selection, &mut report);
         Ok(report)
     }
 
-    /// Writes the row of every track. Weights that are not finite are left out: they would spoil the rows of others.
-    #[inline(always)]
-    fn score<S: Sensor<T, NX, NZ>, const NZ: usize>(
-        &self,
-        state: &mut JointState<T, NX, MODES, TRACKS, DETS, A>,
-        sensor: &S,
-        detections: &[Detection<T, NZ>],
-        selection: &Selection<DETS>,
-    ) {
-        let State { picture: Picture { tracks, claimed, .. }, evidence, scratch: Joint { matrix, .. } } = state;
-        matrix.reset(selection.indices.len(), ClutterPrior::Poisson, Domain::Linear);
-        let mut volume = T::ZERO;
-        for (slot, track) in tracks.iter().enumerate().filter(|(_, t)| !t.is_free()) {
-            let Some((miss, row)) = matrix.row_mut(slot) else { continue };
-            let look = joint_look(sensor, track);
-            let innovations = innovations(&track.bank, look.model());
-            let own_volume = evidence.collect(&track.bank, &innovations, &look, detections, &selection.indices);
-            let (mut claims, mut entries) = (selection.walk(claimed), selection.walk(row));
-            for (number, weight) in evidence.scored() {
-                if let (Some(claimed), Some(entry)) = (claims(number), entries(number)) {
-                    *claimed = true;
-                    *entry = if *weight > T::ZERO && is_finite(*weight) { *weight } else { T::ZERO };
-                }
-            }
-            let (p_miss, _) = evidence.weights();
-            *miss = if p_miss >= T::ZERO && is_finite(p_miss) { p_miss } else { T::ONE };
-            if own_volume > T::ZERO && look.p_detect(&track.bank.modes[0].mean) > T::ZERO {
-                volume += own_volume;
-            }
-        }
-        estimate_clutter(matrix, volume, |column| {
-            let detection = selection.indices.get(column).and_then(|number| detections.get(usize::from(*number)));
-            detection.is_some_and(|d| sensor.clutter(&d.z) == Clutter::Diffuse)
-        });
-    }
-
     /// Updates every track by its probabilities, and draws the conclusions.
-    #[inline(always)]
+    #[inline(never)]
     fn absorb<S: Sensor<T, NX, NZ>, const NZ: usize>(
         &self,
         state: &mut JointState<T, NX, MODES, TRACKS, DETS, A>,
@@ -209,39 +181,22 @@ impl<T, M, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS:
     }
 }
 
-/// A look at one track among others. Clutter of unknown density counts as one until all tracks are known.
-#[inline(always)]
-fn joint_look<'a, S, T: Real, const NX: usize, const MODES: usize>(sensor: &'a S, track: &Track<T, NX, MODES>) -> Look<'a, S, T> {
-    Look { sensor, existence: track.existence, diffuse: Clutter::Poisson(T::ONE) }
-}
-
-/// Divides the weights of the columns that are `diffuse` by λ = m / V.
-fn estimate_clutter<T: Real, const TRACKS: usize, const DETS: usize>(
-    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
-    volume: T,
-    diffuse: impl Fn(usize) -> bool,
-) {
-    let columns = matrix.columns();
-    if !(0..columns).any(&diffuse) {
-        return;
-    }
-    let possible = |column: &usize| matrix.hit.iter().any(|row| row.get(*column).is_some_and(|h| *h > T::ZERO));
-    let (mut count, mut known) = (0, 0);
-    for column in (0..columns).filter(possible) {
-        *(if diffuse(column) { &mut count } else { &mut known }) += 1;
-    }
-    if count == 0 {
-        return;
-    }
-    if known == 0 {
-        matrix.clutter = ClutterPrior::Diffuse;
-    }
-    let scale = T::ONE / larger(T::from_count(count) / volume, T::lit(LEAST_DENSITY));
-    for column in (0..columns).filter(|column| diffuse(*column)) {
-        for entry in matrix.hit.iter_mut().filter_map(|row| row.get_mut(column)) {
-            *entry *= scale;
-        }
-    }
+/// Writes the row of every track.
+// Out of line as `absorb`: what one stage of a scan has on the stack is gone in the next.
+#[inline(never)]
+fn score<T: Real, S: Sensor<T, NX, NZ>, A, const NX: usize, const NZ: usize, const MODES: usize, const TRACKS: usize, const DETS: usize>(
+    state: &mut JointState<T, NX, MODES, TRACKS, DETS, A>,
+    sensor: &S,
+    detections: &[Detection<T, NZ>],
+    selection: &Selection<DETS>,
+) where
+    A: Associator<T, TRACKS, DETS>,
+{
+    let State { picture, evidence, scratch: Joint { matrix, .. } } = state;
+    rows::write(matrix, picture, evidence, sensor, detections, selection, |evidence, _, track, look| {
+        let innovations = innovations(&track.bank, look.model());
+        evidence.collect(&track.bank, &innovations, look, detections, &selection.indices)
+    });
 }
 
 impl<T, M, A, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Tracker<T, NX, MODES>

@@ -114,13 +114,13 @@ where
     ) -> Result<Report, ScanError> {
         let (selection, mut report) = state.picture.open(&self.setup, sensor, scan)?;
         self.update(state, sensor, scan.detections, &selection, &mut report);
-        state.picture.delete_duplicates(&self.setup, &mut report);
-        state.picture.initiate(&self.setup, sensor, scan, &selection, &mut report);
+        state.picture.close(&self.setup, sensor, scan, &selection, &mut report);
         Ok(report)
     }
 
     /// Gate, score, associate and absorb, track by track.
-    #[inline(always)]
+    // Out of line: what it has on the stack is gone when tracks are born.
+    #[inline(never)]
     fn update<S: Sensor<T, NX, NZ>, const NZ: usize>(
         &self,
         state: &mut State<T, NX, MODES, TRACKS, DETS>,

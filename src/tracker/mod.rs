@@ -4,21 +4,27 @@
 //! |---|---|
 //! | `imm_pdaf.rs` | every track associated as if it were alone |
 //! | `imm_jpda.rs` | all tracks associated together |
-//! | `picture.rs`, `births.rs` | what both share: prediction, life and birth of tracks |
+//! | `lms_jpda.rs` | the same, each track with the likely ones of many modes |
+//! | `picture.rs`, `births.rs` | what all share: prediction, life and birth of tracks |
+//! | `rows.rs` | what joint association is made from |
 //! | `state.rs` | what they remember |
 //! | `work.rs` | the most work that a scan can make |
-//! | `printed.rs` | a baseline for [`ImmPdaf`] |
+//! | `printed.rs`, `printed_joint.rs` | baselines for [`ImmPdaf`] and [`LmsJpda`] |
 
 mod births;
 mod imm_jpda;
 mod imm_pdaf;
+mod lms_jpda;
 mod picture;
 mod printed;
+mod printed_joint;
+mod rows;
 mod state;
 mod work;
 
 pub use imm_jpda::{ImmJpda, Joint, JointState};
 pub use imm_pdaf::ImmPdaf;
+pub use lms_jpda::{Likely, LmsJpda, LmsState};
 pub use state::{Scratch, State};
 pub use work::Work;
 

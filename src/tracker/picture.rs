@@ -169,6 +169,18 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
         sensor: &S,
         scan: &Scan<'_, T, NZ>,
     ) -> Result<(Selection<DETS>, Report), ScanError> {
+        self.open_by(setup, sensor, scan, Self::predict)
+    }
+
+    /// The same for tracks that `predict` brings to the time of the scan.
+    #[inline(always)]
+    pub fn open_by<S: Sensor<T, NX, NZ>, M: ModeSet<T, NX, MODES>, const NZ: usize>(
+        &mut self,
+        setup: &Setup<T, M, NX, MODES>,
+        sensor: &S,
+        scan: &Scan<'_, T, NZ>,
+        predict: impl FnOnce(&mut Self, &Setup<T, M, NX, MODES>, Duration),
+    ) -> Result<(Selection<DETS>, Report), ScanError> {
         const {
             assert!(
                 M::LAYOUT.agrees(<S::Model as MeasurementModel<T, NX, NZ>>::LAYOUT),
@@ -186,7 +198,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
         let gap = self.time.map_or(Duration::ZERO, |last| scan.time.since(last));
         self.time = Some(scan.time);
         self.claimed = [false; DETS];
-        self.predict(setup, gap);
+        predict(self, setup, gap);
         let selection = Selection::new(scan.detections);
         let report = Report {
             detections: u16::try_from(selection.indices.len()).unwrap_or(u16::MAX),
@@ -210,6 +222,20 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
             track.bank.predict(&setup.modes, dt);
             track.existence *= p_survive;
         }
+    }
+
+    /// What ends a scan: of two tracks on one target one goes, and detections that no track gated start others.
+    #[inline(never)]
+    pub fn close<S: Sensor<T, NX, NZ>, M: ModeSet<T, NX, MODES>, const NZ: usize>(
+        &mut self,
+        setup: &Setup<T, M, NX, MODES>,
+        sensor: &S,
+        scan: &Scan<'_, T, NZ>,
+        selection: &Selection<DETS>,
+        report: &mut Report,
+    ) {
+        self.delete_duplicates(setup, report);
+        self.initiate(setup, sensor, scan, selection, report);
     }
 
     /// Of two tracks on one target, the younger goes.

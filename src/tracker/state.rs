@@ -1,6 +1,7 @@
 //! What a tracker remembers: one struct, all of its memory.
 
 use super::picture::Picture;
+use crate::association::AssociationMatrix;
 use crate::evidence::Evidence;
 use crate::scalar::Real;
 use crate::scan::Estimate;
@@ -64,6 +65,16 @@ impl<T: Real, X, const NX: usize, const MODES: usize, const TRACKS: usize, const
     /// The combined estimates of all live tracks, computed as they are asked for.
     pub fn estimates(&self) -> impl Iterator<Item = Estimate<T, NX>> {
         self.picture.tracks.iter().filter_map(Track::estimate)
+    }
+
+    /// The association probabilities that the last scan gave the track `id`, where all tracks are associated together: β_0, and
+    /// those of the detections taken in. They mean nothing for a track that it started.
+    pub fn association(&self, id: TrackId) -> Option<(T, &[T])>
+    where
+        X: AsRef<AssociationMatrix<T, TRACKS, DETS>>,
+    {
+        let slot = self.picture.tracks.iter().position(|t| t.id() == Some(id))?;
+        self.scratch.as_ref().row(slot)
     }
 
     /// The time of the last scan.

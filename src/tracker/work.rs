@@ -14,6 +14,9 @@
 //! pairings          m²              m²                of two detections that may start a track
 //! looks             m² (2 t + 1)    m² (2 t + 1)      at slots and remembered detections, for room
 //! ```
+//!
+//! LMS-JPDA as IMM-JPDA with r the modes of all, but for t (m (1 + 5 r) + r) residuals: a mode that is activated needs the
+//! likelihoods of the others once more, and r tell whether the scan is a surprise.
 
 use crate::association::Jpda;
 
@@ -68,6 +71,13 @@ impl Work {
             association: Jpda::<NODES>::worst_case(tracks, detections) + 6 * t * m,
             ..Self::imm_pdaf(tracks, detections, modes)
         }
+    }
+
+    /// The most of an [`LmsJpda`](super::LmsJpda) that associates by [`Jpda`], by the formula of this file.
+    #[must_use]
+    pub const fn lms_jpda<const NODES: usize>(tracks: usize, detections: usize, modes: usize) -> Self {
+        let (t, m, r) = (tracks as u64, detections as u64, modes as u64);
+        Self { residuals: t * (m * (1 + 5 * r) + r), ..Self::imm_jpda::<NODES>(tracks, detections, modes) }
     }
 
     /// All operations.

@@ -8,6 +8,7 @@
 
 #[rustfmt::skip]
 pub mod data;
+pub mod fusion;
 pub mod kernels;
 pub mod load;
 pub mod loaded;

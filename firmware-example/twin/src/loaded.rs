@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! Turning        4 states (x, vx, y, vy), 3 modes: constant velocity, turns to the left and to the right
+//! ManyTurns      4 states, 7 modes: turns of -0.06 to 0.06 rad/s in steps of 0.02, each may change to the next
 //! Accelerating   6 states (x, vx, ax, y, vy, ay), 2 modes: constant velocity, constant acceleration
 //! ```
 
@@ -10,17 +11,19 @@ use boresight::association::{Jpda, SingleAssociator};
 use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
 use boresight::initiation::{Initiation, Rule};
-use boresight::mode::{JumpMatrix, ModeSet};
+use boresight::mode::{JumpMatrix, LikelyModes, ModeSet};
 use boresight::model::motion::{ConstantAcceleration, ConstantVelocity, ProcessNoise};
 use boresight::model::turn::KnownTurn;
 use boresight::symmetric::Symmetric;
 use boresight::time::{Duration, Instant};
 use boresight::track::Logic;
-use boresight::tracker::{ImmJpda, ImmPdaf, Scratch, State, Tracker};
+use boresight::tracker::{ImmJpda, ImmPdaf, LmsJpda, Scratch, State, Tracker};
 use nalgebra::SVector;
 
 /// The modes over 4 states.
 pub type Turning = (ConstantVelocity<f32, 2>, KnownTurn<f32, 2>, KnownTurn<f32, 2>);
+/// Many modes over 4 states.
+pub type ManyTurns = [KnownTurn<f32, 2>; 7];
 /// The modes over 6 states.
 pub type Accelerating = (ConstantVelocity<f32, 2, 3>, ConstantAcceleration<f32, 2>);
 
@@ -38,6 +41,24 @@ impl Motion<4, 3> for Turning {
         let turn = |rate| KnownTurn::new(rate, ProcessNoise::Discrete(4.0));
         let modes = (ConstantVelocity::new(ProcessNoise::Discrete(1.0))?, turn(0.06)?, turn(-0.06)?);
         Ok((modes, [[0.9, 0.05, 0.05], [0.1, 0.85, 0.05], [0.1, 0.05, 0.85]], [0.8, 0.1, 0.1]))
+    }
+}
+
+impl Motion<4, 7> for ManyTurns {
+    fn new() -> Result<(Self, JumpMatrix<f32, 7>, [f32; 7]), ConfigError> {
+        let mut turns = [KnownTurn::new(0.0, ProcessNoise::Discrete(1.0))?; 7];
+        for (number, turn) in turns.iter_mut().enumerate() {
+            *turn = KnownTurn::new(0.02 * (number as f32 - 3.0), ProcessNoise::Discrete(1.0))?;
+        }
+        let jump = core::array::from_fn(|i: usize| {
+            let neighbours = if i == 0 || i == 6 { 1.0 } else { 2.0 };
+            core::array::from_fn(|j| match i.abs_diff(j) {
+                0 => 0.9,
+                1 => 0.1 / neighbours,
+                _ => 0.0,
+            })
+        });
+        Ok((turns, jump, [0.0, 0.0, 0.1, 0.8, 0.1, 0.0, 0.0]))
     }
 }
 
@@ -83,6 +104,21 @@ impl<M: Motion<NX, MODES>, const NX: usize, const MODES: usize, const TRACKS: us
     fn new() -> Result<Self, ConfigError> {
         let (modes, jump, initial) = M::new()?;
         Ok(ImmJpda::new(modes, jump, initial, logic()?, Jpda::new())?.with_initiation(initiation()?))
+    }
+
+    fn crowd(&self, state: &mut Self::State, tracks: usize, at: Instant) -> bool {
+        clear(state);
+        (0..tracks).all(|number| self.start(state, cue(number), at).is_some())
+    }
+}
+
+impl<M: Motion<NX, MODES>, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, const NODES: usize>
+    Loaded<NX, MODES> for LmsJpda<f32, M, NX, MODES, TRACKS, DETS, Jpda<NODES>>
+{
+    fn new() -> Result<Self, ConfigError> {
+        let (modes, jump, initial) = M::new()?;
+        let likely = LikelyModes::new(&jump, 0.005, 0.3, MODES.min(3))?;
+        Ok(LmsJpda::new(modes, jump, initial, likely, logic()?, Jpda::new())?.with_initiation(initiation()?))
     }
 
     fn crowd(&self, state: &mut Self::State, tracks: usize, at: Instant) -> bool {

@@ -9,9 +9,11 @@
 //! key, lists of objects (`steps`) entry by entry, anything else as a whole.
 
 pub mod field;
+mod fusion;
 mod imm;
 mod jpda;
 mod kf;
+mod lms;
 mod metrics;
 mod nonlinear;
 mod pda;
@@ -46,7 +48,9 @@ static KINDS: &[Kind] = &[
     jpda::LARGE,
     jpda::NONPARAMETRIC,
     jpda::IMMJPDAF,
+    lms::KIND,
     metrics::KIND,
+    fusion::KIND,
 ];
 
 /// The command `solve`.
