@@ -66,7 +66,12 @@ const PDA_RESULTS: &[&str] = &["d2_all", "validated", "z_pred", "S", "K", "V", "
 const JPDA_RESULTS: &[&str] = &["n_events", "infeasible", "log_total", "beta", "log_beta", "kbest", "validated", "m"];
 
 fn strip(kind: &str, file: &mut Value) {
-    let results = if kind.starts_with("jpda") { JPDA_RESULTS } else { PDA_RESULTS };
+    let results = match kind {
+        // K is an input there: the least number of modes.
+        "lms" => &[],
+        _ if kind.starts_with("jpda") => JPDA_RESULTS,
+        _ => PDA_RESULTS,
+    };
     for case in file["cases"].as_array_mut().into_iter().flatten().filter_map(Value::as_object_mut) {
         case.retain(|key, _| !results.contains(&key.as_str()));
         for step in case.get_mut("steps").and_then(Value::as_array_mut).into_iter().flatten().filter_map(Value::as_object_mut) {
