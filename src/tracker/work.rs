@@ -6,7 +6,7 @@
 //!                   IMM-PDAF        IMM-JPDA
 //! predictions       t r             t r               of one mode
 //! innovations       t r             2 t r             of one mode: before the association, and after it
-//! residuals         t m (1 + 3 r)   t m (1 + 3 r)     m for the gate, r m for likelihoods, r m for corrections, again where sharp
+//! residuals         t m (2 + 3 r)   t m (2 + 3 r)     2 m for the gate, r m for likelihoods, r m for corrections, again where sharp
 //! corrections       t r             t r               of one mode
 //! association       t (m + 1)       A + 6 t m         weights, or the steps A of the joint association and its matrix
 //! comparisons       t (t − 1) / 2   t (t − 1) / 2     of two tracks on one target
@@ -15,7 +15,7 @@
 //! looks             m² (2 t + 1)    m² (2 t + 1)      at slots and remembered detections, for room
 //! ```
 //!
-//! LMS-JPDA as IMM-JPDA with r the modes of all, but for t (m (1 + 5 r) + r) residuals: a mode that is activated needs the
+//! LMS-JPDA as IMM-JPDA with r the modes of all, but for t (m (2 + 5 r) + r) residuals: a mode that is activated needs the
 //! likelihoods of the others once more, and r tell whether the scan is a surprise.
 
 use crate::association::Jpda;
@@ -52,7 +52,7 @@ impl Work {
         Self {
             predictions: t * r,
             innovations: t * r,
-            residuals: t * m * (1 + 3 * r),
+            residuals: t * m * (2 + 3 * r),
             corrections: t * r,
             association: t * (m + 1),
             comparisons: t * t.saturating_sub(1) / 2,
@@ -77,7 +77,7 @@ impl Work {
     #[must_use]
     pub const fn lms_jpda<const NODES: usize>(tracks: usize, detections: usize, modes: usize) -> Self {
         let (t, m, r) = (tracks as u64, detections as u64, modes as u64);
-        Self { residuals: t * (m * (1 + 5 * r) + r), ..Self::imm_jpda::<NODES>(tracks, detections, modes) }
+        Self { residuals: t * (m * (2 + 5 * r) + r), ..Self::imm_jpda::<NODES>(tracks, detections, modes) }
     }
 
     /// All operations.
