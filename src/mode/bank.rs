@@ -191,19 +191,22 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         }
     }
 
-    /// `mixed` becomes the moment match of the modes with the weights `weight`, which are zero in modes that are not active.
+    /// `mixed` becomes the moment match of the modes with the weights `weight`, which are zero in modes that are not active. The
+    /// mean is taken about that of the first mode which weighs.
     #[inline(always)]
     fn mix(&self, weight: &[T; MODES], mixed: &mut Gaussian<T, NX>) {
         let weighed = || self.modes.iter().zip(weight).filter(|(_, w)| **w > T::ZERO);
-        let mut mean = [T::ZERO; NX];
+        let Some((first, _)) = weighed().next() else { return };
+        let deviation = |g: &Gaussian<T, NX>, k: usize| g.mean.data.0[0][k] - first.mean.data.0[0][k];
+        let mut bar = [T::ZERO; NX];
         for (g, w) in weighed() {
             for k in 0..NX {
-                mean[k] += *w * g.mean.data.0[0][k];
+                bar[k] += *w * deviation(g, k);
             }
         }
         let mut cov = [[T::ZERO; NX]; NX];
         for (g, w) in weighed() {
-            let d: [T; NX] = core::array::from_fn(|k| g.mean.data.0[0][k] - mean[k]);
+            let d: [T; NX] = core::array::from_fn(|k| deviation(g, k) - bar[k]);
             unrolled!(for a in NX {
                 let (mut product, row) = ([T::ZERO; NX], &g.cov.upper()[a]);
                 for b in a..NX {
@@ -220,7 +223,7 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                 }
             });
         }
-        mixed.mean.data.0[0] = mean;
+        mixed.mean.data.0[0] = core::array::from_fn(|k| first.mean.data.0[0][k] + bar[k]);
         *mixed.cov.upper_mut() = cov;
     }
 

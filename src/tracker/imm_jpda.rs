@@ -46,10 +46,10 @@ use super::rows;
 use super::{Scratch, State, Tracker, Work};
 use crate::association::{AssociationMatrix, Associator, Jpda};
 use crate::error::{ConfigError, ScanError};
-use crate::evidence::innovations;
+use crate::evidence::{no_innovations, predict_measurements};
 use crate::gaussian::Gaussian;
 use crate::initiation::Initiation;
-use crate::mode::{JumpMatrix, ModeSet};
+use crate::mode::{ActiveSet, JumpMatrix, ModeSet};
 use crate::model::Layout;
 use crate::scalar::Real;
 use crate::scan::{Detection, Report, Scan, Selection};
@@ -152,9 +152,10 @@ where
         report: &mut Report,
     ) {
         let State { picture: Picture { tracks, .. }, evidence, scratch: Joint { matrix, .. } } = state;
+        let mut innovations = no_innovations();
         for (slot, track) in tracks.iter_mut().enumerate().filter(|(_, t)| !t.is_free()) {
             let Some((beta_0, row)) = matrix.row_mut(slot) else { continue };
-            let innovations = innovations(&track.bank, sensor.model());
+            predict_measurements(&mut innovations, &track.bank, ActiveSet::first(MODES), sensor.model());
             evidence.take(&innovations, detections, selection.indices.iter().copied().zip(row.iter().copied()));
             let p_detect = sensor.p_detect(&track.bank.modes[0].mean);
             let doubt = self.setup.logic.doubt(track.existence, p_detect * sensor.gate().p_gate());
@@ -193,8 +194,9 @@ fn score<T: Real, S: Sensor<T, NX, NZ>, A, const NX: usize, const NZ: usize, con
     A: Associator<T, TRACKS, DETS>,
 {
     let State { picture, evidence, scratch: Joint { matrix, .. } } = state;
+    let mut innovations = no_innovations();
     rows::write(matrix, picture, evidence, sensor, detections, selection, |evidence, _, track, look| {
-        let innovations = innovations(&track.bank, look.model());
+        predict_measurements(&mut innovations, &track.bank, ActiveSet::first(MODES), look.model());
         evidence.collect(&track.bank, &innovations, look, detections, &selection.indices)
     });
 }

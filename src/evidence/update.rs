@@ -10,8 +10,8 @@
 //! One pass over the detections serves all modes, and a factor common to m and all f_j changes nothing. Kalman's update by
 //! one detection is the same with m = 0.
 
-use super::apart::relative;
-use super::{Evidence, Innovations, Kind, Predicted, SomeInnovations, density};
+use super::logarithms::relative;
+use super::{Evidence, Innovations, Kind, Predicted, SomeInnovations};
 use crate::gaussian::{Correction, Gaussian, Innovation, ResidualDensity, dot};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
@@ -115,7 +115,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             return Corrected { evidence: [T::ONE; MODES], resets: 0 };
         }
         if self.kind != Kind::Plain {
-            return self.correct_apart(beta_0, bank, predicted, model, detections);
+            return self.correct_by_logarithms(beta_0, bank, predicted, model, detections);
         }
         let mut sums = [Sums::ZERO; MODES];
         for (number, beta) in self.gated.iter().zip(&self.hit) {
@@ -136,7 +136,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
                     }
                 }
             } else if *beta > T::ZERO {
-                return self.correct_apart(beta_0, bank, predicted, model, detections);
+                return self.correct_by_logarithms(beta_0, bank, predicted, model, detections);
             }
         }
         let mut resets = 0;
@@ -164,7 +164,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         if self.gated.is_empty() {
             return Corrected { evidence: [T::ONE; MODES], resets: 0 };
         }
-        self.correct_apart(beta_0, bank, predicted, model, detections)
+        self.correct_by_logarithms(beta_0, bank, predicted, model, detections)
     }
 
     /// Scores, associates by PDA and absorbs in one pass over the gated detections. The modes are updated as if a miss weighed
@@ -184,15 +184,15 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             return Found { miss: T::ONE, hits: T::ZERO, resets: 0 };
         }
         if self.kind != Kind::Plain {
-            return self.pda_apart(bank, innovations, sensor, detections, doubt);
+            return self.pda_by_logarithms(bank, innovations, sensor, detections, doubt);
         }
         let p_detect = sensor.p_detect(&bank.modes[0].mean);
         let mut miss = T::ONE - p_detect * sensor.gate().p_gate();
         let uniform = sensor.uniform_clutter();
+        let mut rate = self.rate::<NZ>(sensor.gate(), p_detect);
         if let Some(clutter) = uniform {
-            miss *= density(clutter, || self.diffuse::<NZ>(sensor.gate())) / p_detect;
+            miss *= rate.density(clutter) / p_detect;
         } else {
-            let mut rate = self.rate::<NZ>(sensor.gate(), p_detect);
             for (number, hit) in self.gated.iter().zip(&mut self.hit) {
                 let Some(detection) = detections.get(usize::from(*number)) else { break };
                 *hit = rate.at(sensor.clutter(&detection.z));
@@ -216,7 +216,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         }
         if most <= T::lit(LEAST_PROBABILITY) || !is_finite(miss) {
             // No mode was corrected.
-            return self.pda_apart(bank, innovations, sensor, detections, doubt);
+            return self.pda_by_logarithms(bank, innovations, sensor, detections, doubt);
         }
         bank.weigh(&evidence);
         Found { miss, hits, resets }
