@@ -112,6 +112,8 @@ pub(crate) struct Selection<const DETS: usize> {
     /// Their numbers in the scan, ascending
     pub indices: heapless::Vec<u16, DETS>,
     pub dropped: u16,
+    /// Whether none has a noise or a time of its own
+    plain: bool,
 }
 
 impl<const DETS: usize> Selection<DETS> {
@@ -139,7 +141,14 @@ impl<const DETS: usize> Selection<DETS> {
             }
         }
         let dropped = detections.len() - indices.len();
-        Self { indices, dropped: u16::try_from(dropped).unwrap_or(u16::MAX) }
+        let plain = Candidates::new(detections, &indices).plain;
+        Self { indices, dropped: u16::try_from(dropped).unwrap_or(u16::MAX), plain }
+    }
+
+    /// All of them.
+    #[inline(always)]
+    pub fn candidates(&self) -> Candidates<'_> {
+        Candidates { numbers: &self.indices, plain: self.plain }
     }
 
     /// Finds the entries of `row`, one for each kept detection, by the number of the detection. Numbers must ascend from
@@ -148,6 +157,23 @@ impl<const DETS: usize> Selection<DETS> {
     pub fn walk<'a, E>(&'a self, row: &'a mut [E]) -> impl FnMut(u16) -> Option<&'a mut E> {
         let mut entries = self.indices.iter().zip(row);
         move |number| entries.find(|(index, _)| **index == number).map(|(_, entry)| entry)
+    }
+}
+
+/// The detections of a scan that may be a target's.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidates<'a> {
+    pub(crate) numbers: &'a [u16],
+    /// Whether none has a noise or a time of its own: looked up once a scan, for all tracks
+    pub(crate) plain: bool,
+}
+
+impl<'a> Candidates<'a> {
+    /// Those of `detections` with the numbers `numbers`, which ascend. Numbers beyond the last are ignored.
+    #[must_use]
+    pub fn new<T: Real, const NZ: usize>(detections: &[Detection<T, NZ>], numbers: &'a [u16]) -> Self {
+        let plain = |number: &u16| detections.get(usize::from(*number)).is_none_or(Detection::is_plain);
+        Self { numbers, plain: numbers.iter().all(plain) }
     }
 }
 

@@ -47,10 +47,14 @@ struct Counting<M>(M);
 
 impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const MODES: usize> ModeSet<f32, NX, MODES> for Counting<M> {
     const LAYOUT: Layout = M::LAYOUT;
+    type Steps = M::Steps;
 
-    fn predict(&self, mode: usize, g: &mut Gaussian<f32, NX>, dt: f32) {
+    fn steps(&self, dt: f32) -> M::Steps {
+        self.0.steps(dt)
+    }
+    fn advance(&self, mode: usize, g: &mut Gaussian<f32, NX>, steps: &M::Steps) {
         count(|work| work.predictions += 1);
-        self.0.predict(mode, g, dt);
+        self.0.advance(mode, g, steps);
     }
 }
 

@@ -36,7 +36,7 @@ use crate::gaussian::{Innovation, unit_peak};
 use crate::mode::ModeBank;
 use crate::model::MeasurementModel;
 use crate::scalar::{Real, larger};
-use crate::scan::Detection;
+use crate::scan::{Candidates, Detection};
 use crate::sensor::{Clutter, Sensor};
 use crate::time::Duration;
 
@@ -112,7 +112,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         volume::<T, NZ>(gate, self.peak)
     }
 
-    /// Gates the detections numbered `candidates`.
+    /// Gates the detections that are `candidates`.
     ///
     /// Cost: one subtraction and product per candidate whose first coordinate is too far off, one residual and form
     /// ν' S⁻¹ ν per other; for detections with a noise or a time of their own a factorisation of S each as well.
@@ -123,7 +123,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
-        candidates: &[u16],
+        candidates: Candidates<'_>,
     ) {
         let innovations = predicted.innovations();
         self.gated.clear();
@@ -147,13 +147,13 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         if !density.is_proper() {
             return;
         }
+        if !candidates.plain {
+            return self.gate_each(bank, predicted, sensor, detections, candidates.numbers, widest);
+        }
         // The box: a residual in the gate has no first coordinate beyond √(γ S₁₁).
         let reach = threshold * density.first;
-        for &number in candidates {
+        for &number in candidates.numbers {
             let Some(detection) = detections.get(usize::from(number)) else { return };
-            if !detection.is_plain() {
-                return self.gate_each(bank, predicted, sensor, detections, candidates, widest);
-            }
             // Inlined, this costs nothing of the other coordinates.
             let first = model.residual(&detection.z, &z_hat).data.0[0][0];
             if first * first > reach {
@@ -233,7 +233,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
-        candidates: &[u16],
+        candidates: Candidates<'_>,
     ) -> T {
         self.gate(bank, predicted, sensor, detections, candidates);
         self.score(bank, predicted, sensor, detections);

@@ -15,7 +15,7 @@ use super::{Evidence, Innovations, Kind, Predicted, SomeInnovations};
 use crate::gaussian::{Correction, Gaussian, Innovation, ResidualDensity, dot};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
-use crate::scalar::{Real, is_finite, larger};
+use crate::scalar::{Real, is_finite};
 use crate::scan::Detection;
 use crate::sensor::Sensor;
 use crate::symmetric::Symmetric;
@@ -199,7 +199,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             }
         }
         // Mode by mode: all of one fits into registers.
-        let (mut evidence, mut hits, mut most, mut resets) = ([T::ZERO; MODES], T::ZERO, T::ZERO, 0);
+        let (mut evidence, mut hits, mut likely, mut resets) = ([T::ZERO; MODES], T::ZERO, false, 0);
         for r in 0..MODES {
             let Innovation { z_hat, density, .. } = &innovations[r];
             let mut sums = Sums::ZERO;
@@ -211,10 +211,10 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             hits += bank.prob[r] * sums.evidence;
             let (e, kept) = correct::<T, true, NX, NZ>(&mut bank.modes[r], &innovations[r], &sums, miss * doubt);
             evidence[r] = e;
-            most = larger(most, e);
+            likely |= e > T::lit(LEAST_PROBABILITY);
             resets += u16::from(!kept);
         }
-        if most <= T::lit(LEAST_PROBABILITY) || !is_finite(miss) {
+        if !likely || !is_finite(miss) {
             // No mode was corrected.
             return self.pda_by_logarithms(bank, innovations, sensor, detections, doubt);
         }

@@ -27,7 +27,7 @@
 use super::{ActiveSet, ModeSet};
 use crate::error::ConfigError;
 use crate::gaussian::Gaussian;
-use crate::scalar::{Real, is_finite, larger};
+use crate::scalar::{Real, is_invertible, larger};
 
 /// π: `rows[from][to]` is the probability of the mode `to` after one scan in the mode `from`.
 pub type JumpMatrix<T, const MODES: usize> = [[T; MODES]; MODES];
@@ -150,8 +150,14 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
     /// Predicts every mode by its model over `dt` \[s\].
     #[inline(always)]
     pub fn predict<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, dt: T) {
+        self.advance(set, &set.steps(dt));
+    }
+
+    /// [`predict`](Self::predict) by steps that many targets share.
+    #[inline(always)]
+    pub fn advance<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, steps: &M::Steps) {
         for (mode, g) in self.modes.iter_mut().enumerate() {
-            set.predict(mode, g, dt);
+            set.advance(mode, g, steps);
         }
     }
 
@@ -227,12 +233,12 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         *mixed.cov.upper_mut() = cov;
     }
 
-    /// Predicts the modes of `active` by their models over `dt` \[s\].
+    /// Predicts the modes of `active` by their steps.
     #[inline(always)]
-    pub fn predict_active<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, active: ActiveSet, dt: T) {
+    pub fn advance_active<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, active: ActiveSet, steps: &M::Steps) {
         for (mode, g) in self.modes.iter_mut().enumerate() {
             if active.contains(mode) {
-                set.predict(mode, g, dt);
+                set.advance(mode, g, steps);
             }
         }
     }
@@ -311,8 +317,8 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
     pub(crate) fn weigh(&mut self, evidence: &[T; MODES]) {
         let weighed: [T; MODES] = core::array::from_fn(|r| self.prob[r] * evidence[r]);
         let sum = weighed.iter().fold(T::ZERO, |sum, p| sum + *p);
-        let scale = T::ONE / sum;
-        if sum > T::ZERO && is_finite(sum) && is_finite(scale) {
+        if is_invertible(sum) {
+            let scale = T::ONE / sum;
             self.prob = weighed.map(|p| p * scale);
         }
     }

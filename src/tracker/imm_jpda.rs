@@ -197,7 +197,7 @@ fn score<T: Real, S: Sensor<T, NX, NZ>, A, const NX: usize, const NZ: usize, con
     let mut innovations = no_innovations();
     rows::write(matrix, picture, evidence, sensor, detections, selection, |evidence, _, track, look| {
         predict_measurements(&mut innovations, &track.bank, ActiveSet::first(MODES), look.model());
-        evidence.collect(&track.bank, &innovations, look, detections, &selection.indices)
+        evidence.collect(&track.bank, &innovations, look, detections, selection.candidates())
     });
 }
 

@@ -144,10 +144,10 @@ where
             };
             let Found { miss, hits, resets } = if A::COMBINED_INNOVATION {
                 let associate = |miss, weights: &mut [T]| self.associator.associate(miss, weights);
-                printed::update::<T, _, NX, NZ, MODES, DETS>(bank, &look, associate, doubt, detections, &selection.indices, claim)
+                printed::update::<T, _, NX, NZ, MODES, DETS>(bank, &look, associate, doubt, detections, selection.candidates(), claim)
             } else {
                 predict_measurements(&mut innovations, bank, ActiveSet::first(MODES), sensor.model());
-                evidence.gate(bank, &innovations, &look, detections, &selection.indices);
+                evidence.gate(bank, &innovations, &look, detections, selection.candidates());
                 evidence.gated().iter().copied().for_each(claim);
                 if A::PROPORTIONAL {
                     evidence.pda(bank, &innovations, &look, detections, doubt)

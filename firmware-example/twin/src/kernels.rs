@@ -14,7 +14,7 @@ use boresight::model::radar::{Component, Mount, Radar};
 use boresight::model::turn::{KnownTurn, UnknownTurn};
 use boresight::model::unscented::{Scaling, Unscented};
 use boresight::model::{MeasurementModel, MotionModel};
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
@@ -140,7 +140,7 @@ fn switching<S: Sink, const N: usize, const R: usize>(
         bank.predict(&motion, 1.0);
         let innovations = innovations(&bank, &sensor.model);
         let candidates = candidates.get(..plots.len()).unwrap_or(&candidates);
-        evidence.collect(&bank, &innovations, &sensor, &detections, candidates);
+        evidence.collect(&bank, &innovations, &sensor, &detections, Candidates::new(&detections, candidates));
         let (miss, weights) = evidence.weights();
         let beta_0 = Pda.associate(miss, weights);
         let resets = evidence.absorb(beta_0, &mut bank, &innovations, &sensor.model, &detections);
