@@ -21,7 +21,8 @@ pub fn most(tracker: &Tracker) -> Result<Work, Failure> {
         Kind::ImmPdaf => Ok(Work::imm_pdaf(tracks, detections, modes)),
         Kind::ImmJpda { nodes: 64 } => Ok(Work::imm_jpda::<64>(tracks, detections, modes)),
         Kind::ImmJpda { nodes: 256 } => Ok(Work::imm_jpda::<256>(tracks, detections, modes)),
-        Kind::ImmJpda { nodes } => Err(Failure::input(format!("no formula for {nodes} nodes"))),
+        Kind::LmsJpda { nodes: 64 } => Ok(Work::lms_jpda::<64>(tracks, detections, modes)),
+        Kind::ImmJpda { nodes } | Kind::LmsJpda { nodes } => Err(Failure::input(format!("no formula for {nodes} nodes"))),
     }
 }
 
