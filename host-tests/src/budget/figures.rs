@@ -2,6 +2,7 @@
 
 use super::configuration::Sizes;
 use super::count::Call;
+use super::likely::Runs;
 use crate::{Failure, output};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -89,6 +90,8 @@ pub struct Record {
     pub compiler: String,
     pub sizes: Sizes,
     pub trackers: IndexMap<String, Figures>,
+    /// Of trackers of many modes
+    pub runs: IndexMap<String, Runs>,
     pub kernels: IndexMap<String, Kernel>,
     pub pieces: IndexMap<String, Kernel>,
 }
@@ -149,7 +152,10 @@ impl Record {
             let cells = row.bytes.as_flattened().iter().enumerate();
             within(&row.name, cells.map(|(k, bytes)| (format!("size {k}"), *bytes)).collect())
         });
-        trackers.chain(kernels).chain(sizes).collect()
+        let runs = self.runs.iter().flat_map(|(name, Runs { tracks, modes })| {
+            within(name, vec![("modes a thousand tracks".to_owned(), 1000 * modes / tracks.max(&1))])
+        });
+        trackers.chain(runs).chain(kernels).chain(sizes).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 //! ```text
 //! build     the images of firmware-example, one per tracker, by cargo                         image.rs
 //! count     run each in QEMU with the plugin of firmware-example/counter                      count.rs
+//! modes     how many ran of those that may, where a tracker chooses                            likely.rs
 //! bound     the operation-count formula of each tracker, for its const parameters             bound.rs
 //! publish   a table between two marks of firmware-example/README.md, and the same figures
 //!           for machines in firmware-example/budget.toml                                      table.rs
@@ -17,6 +18,7 @@ mod configuration;
 mod count;
 mod figures;
 mod image;
+mod likely;
 mod table;
 
 use crate::{Failure, output};
@@ -106,6 +108,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     for (tracker, figures) in trackers.iter().zip(counted) {
         let figures = figures.into_inner().unwrap_or_else(|| Err(Failure::input("not counted")));
         record.trackers.insert(tracker.name(), figures.map_err(|failure| failure.within(tracker.name()))?);
+        record.runs.extend(likely::runs(tracker)?.map(|runs| (tracker.name(), runs)));
     }
     Ok(record)
 }

@@ -6,6 +6,7 @@ use super::figures::{Figures, Record};
 use crate::{Failure, output};
 use std::fmt::Write;
 use std::path::Path;
+use twin::load;
 
 /// What the table stands between.
 const MARKS: [&str; 2] = ["<!-- budget: begin -->\n", "<!-- budget: end -->\n"];
@@ -65,10 +66,38 @@ pub fn render(record: &Record) -> Result<String, Failure> {
         ];
         row(&mut text, cells);
     }
+    likely(&mut text, record);
     sizes(&mut text, &record.sizes);
     gtrack(&mut text, record);
     kernels(&mut text, record);
     Ok(text)
+}
+
+/// Trackers that choose among their modes, each below the same tracker with all of them.
+fn likely(text: &mut String, record: &Record) {
+    if record.runs.is_empty() {
+        return;
+    }
+    text.push_str(
+        "\n### Likely modes\n\n\
+         Of 7 modes, how many run for a track in a recorded scan, and what a track and scan take then: a step over its tracks.\n\n\
+         | tracker | modes | share | instructions | share | cycles | share |\n|---|--:|--:|--:|--:|--:|--:|\n",
+    );
+    // Modes, instructions and cycles of a track and scan.
+    let means = |name: &str| {
+        let (runs, Figures { recorded, .. }) = record.runs.get(name).zip(record.trackers.get(name))?;
+        let per_track = |sum: u64| sum as f64 / runs.tracks as f64;
+        let steps = load::SCANS as u64;
+        Some([runs.modes, steps * recorded.mean_instructions, steps * recorded.mean_cycles].map(per_track))
+    };
+    for (name, _) in record.runs.iter().filter(|(name, _)| name.starts_with("lms")) {
+        let all = name.replacen("lms", "imm", 1);
+        let (Some(ours), Some(theirs)) = (means(name), means(&all)) else { continue };
+        for (name, means) in [(&all, theirs), (name, ours)] {
+            let cell = |k: usize, digits: usize| [format!("{:.digits$}", means[k]), format!("{:.2}", means[k] / theirs[k])];
+            row(text, std::iter::once(name.clone()).chain([cell(0, 2), cell(1, 0), cell(2, 0)].into_iter().flatten()));
+        }
+    }
 }
 
 /// TI's group tracker beside ours, for half of the detections that there is room for: what the recorded scenario has on average.
