@@ -100,6 +100,7 @@
 
 #[macro_use]
 mod unrolled;
+mod counter;
 
 pub mod association;
 pub mod error;

@@ -8,6 +8,7 @@
 //! A fused track holds no knowledge of its own. It is made of its members, anew whenever they change, and lives as long as one of
 //! them does: what a sensor has said is never counted twice.
 
+use super::work::COUNTED;
 use crate::association::Assignment;
 use crate::gaussian::Gaussian;
 use crate::mode::ModeBank;
@@ -148,6 +149,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize> List<T, 
 
     /// The track `id`, if the list has it.
     pub fn find(&self, id: u32) -> Option<&LocalTrack<T, NX, MODES>> {
+        COUNTED.looks.add(TRACKS);
         self.tracks.iter().find(|track| id != 0 && track.id == id)
     }
 

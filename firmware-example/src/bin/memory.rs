@@ -46,6 +46,11 @@ static STATES: [[[u32; 3]; 3]; 8] = [
     sizes!(Likely, 64, 4, 7),
 ];
 
+/// The picture of the image `fusion`: two sensors with 16 tracks each, 6 states in 2 modes.
+#[used]
+#[unsafe(no_mangle)]
+static PICTURE: u32 = size_of::<twin::fusion::Picture>() as u32;
+
 // 16 tracks, 32 detections and 3 modes of 6 states in 128 kB.
 const _: () = assert!(size_of::<Joint<256, 6, 3, 16, 32>>() <= 128 * 1024);
 

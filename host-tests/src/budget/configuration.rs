@@ -43,6 +43,10 @@ pub const PIECES: [&str; 11] = [
     "cluster16_32",
 ];
 
+/// What the image `fusion` exports: a list taken in, and two made one picture. The latter is called twice with tracks that are
+/// apart, then twice in a crowd.
+pub const FUSION: [&str; 2] = ["receive16", "fuse16_16"];
+
 /// A kind of tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -124,6 +128,13 @@ impl Sizes {
         let found = row.zip(place(TRACKS, tracker.tracks)).zip(place(DETECTIONS, tracker.detections));
         found.map(|((row, t), d)| row.bytes[t][d]).ok_or_else(|| Failure::input("not in the table of sizes").within(tracker.name()))
     }
+}
+
+/// Bytes of the picture of the image `fusion`, as the image `memory` tells them.
+pub fn picture(memory: &Image) -> Result<u64, Failure> {
+    let bytes = memory.data("PICTURE")?;
+    let word = bytes.as_array().ok_or_else(|| Failure::input("PICTURE is not one number"))?;
+    Ok(u64::from(u32::from_le_bytes(*word)))
 }
 
 /// The table `STATES` of the image `memory`.

@@ -2,7 +2,7 @@
 
 use super::bound;
 use super::configuration::{DETECTIONS, PIECES, ROOMS, Sizes, TRACKS, trackers};
-use super::figures::{Figures, Record};
+use super::figures::{Figures, Fusion, Kernel, Record};
 use crate::{Failure, output};
 use std::fmt::Write;
 use std::path::Path;
@@ -69,6 +69,7 @@ pub fn render(record: &Record) -> Result<String, Failure> {
     likely(&mut text, record);
     sizes(&mut text, &record.sizes);
     gtrack(&mut text, record);
+    fusion(&mut text, record)?;
     kernels(&mut text, record);
     Ok(text)
 }
@@ -116,6 +117,33 @@ fn gtrack(text: &mut String, record: &Record) {
         let (single, joint) = (ours(format!("imm-pdaf 6x2 {tracks}x{room}")), ours(format!("imm-jpda 6x2 {tracks}x{room} 256")));
         row(text, [format!("{tracks}x{detections}"), format!("{theirs:.0}"), single, joint]);
     }
+}
+
+/// Two lists made one picture.
+fn fusion(text: &mut String, record: &Record) -> Result<(), Failure> {
+    let Fusion { ram, flash, calls } = &record.fusion;
+    if calls.is_empty() {
+        return Ok(());
+    }
+    let most = twin::fusion::Fusion::MOST;
+    let bound = bound::fusion_cycles(&most);
+    let _ = write!(
+        text,
+        "\n### Fusion\n\n\
+         Two sensors with 16 tracks each, 6 states in 2 modes, by covariance intersection of the least determinant: a picture of {ram} bytes \
+         of RAM, {flash} bytes of flash. At most {:.1}k steps an update, {:.2} million cycles.\n\n\
+         | call | instructions/k | cycles/k | ms | stack |\n|---|--:|--:|--:|--:|\n",
+        most.steps() as f64 / 1e3,
+        bound as f64 / 1e6,
+    );
+    for (name, Kernel { instructions, cycles, stack }) in calls {
+        if *cycles > bound {
+            return Err(Failure::check("more cycles observed than the bound gives: calibrate it anew").within(name));
+        }
+        let kilo = |n: u64| format!("{:.1}", n as f64 / 1e3);
+        row(text, [name.clone(), kilo(*instructions), kilo(*cycles), format!("{:.2}", *cycles as f64 / CLOCK * 1e3), stack.to_string()]);
+    }
+    Ok(())
 }
 
 fn row<S: AsRef<str>>(text: &mut String, cells: impl IntoIterator<Item = S>) {
@@ -188,7 +216,7 @@ fn with_table(text: &str, record: &Record, readme: &Path) -> Result<String, Fail
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::budget::figures::{Kernel, Load};
+    use crate::budget::figures::Load;
     use crate::error::Status;
 
     fn record() -> Record {
