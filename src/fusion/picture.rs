@@ -147,10 +147,13 @@ impl<T: Real, const NX: usize, const MODES: usize, const SENSORS: usize> FusedTr
 impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize> List<T, NX, MODES, TRACKS> {
     pub(super) const EMPTY: Self = Self { sent: None, time: Instant::ZERO, tracks: [LocalTrack::FREE; TRACKS] };
 
-    /// The track `id`, if the list has it.
+    /// The track `id`, if the list has it; none for zero.
     pub fn find(&self, id: u32) -> Option<&LocalTrack<T, NX, MODES>> {
+        if id == 0 {
+            return None;
+        }
         COUNTED.looks.add(TRACKS);
-        self.tracks.iter().find(|track| id != 0 && track.id == id)
+        self.tracks.iter().find(|track| track.id == id)
     }
 
     /// Takes in the next track; whether there was room.

@@ -81,7 +81,8 @@ fn likely(text: &mut String, record: &Record) {
     }
     text.push_str(
         "\n### Likely modes\n\n\
-         Of 7 modes, how many run for a track in a recorded scan, and what a track and scan take then: a step over its tracks.\n\n\
+         How many of 7 modes run for a track in a recorded scan, and what a step takes for each of its tracks; as shares of the same \
+         tracker with all modes.\n\n\
          | tracker | modes | share | instructions | share | cycles | share |\n|---|--:|--:|--:|--:|--:|--:|\n",
     );
     // Modes, instructions and cycles of a track and scan.

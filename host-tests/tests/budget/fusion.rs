@@ -92,9 +92,9 @@ fn no_update_takes_more_work_than_the_formula() -> Outcome {
         println!("largest shares of the formula: {shares:.2?}");
         assert!(shares.iter().all(|share| *share <= 1.0 || share.is_nan()), "{shares:?}");
     }
-    // The formula is not idle: two sensors reach half of everything, and predictions and fusions in full.
+    // The formula is not idle: two sensors reach two fifths of everything, and predictions and fusions in full.
     let shares = shares::<2, 4>(1500)?;
-    assert!(shares.iter().all(|share| *share >= 0.5) && shares[0] == 1.0 && shares[3] == 1.0, "{shares:?}");
+    assert!(shares.iter().all(|share| *share >= 0.4) && shares[0] == 1.0 && shares[3] == 1.0, "{shares:?}");
     Ok(())
 }
 

@@ -209,7 +209,8 @@ where
     // The adversarial scans reach what the numbers of tracks and detections alone decide, so the formula is not idle.
     let decided = |work: Work| (work.predictions, work.fixes, work.pairings);
     assert_eq!(decided(held.worst), decided(formula));
-    assert!(2 * held.worst.residuals >= formula.residuals && 2 * held.worst.innovations >= formula.innovations);
+    // No scan runs all modes and activates some of them, too.
+    assert!(3 * held.worst.residuals >= formula.residuals && 2 * held.worst.innovations >= formula.innovations);
     Ok(taken)
 }
 
