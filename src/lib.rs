@@ -63,7 +63,9 @@
 //! `ImmPdaf` with one mode is the PDAF; with [`NearestNeighbour`](association::NearestNeighbour) the nearest-neighbour
 //! filter. `ImmJpda` takes [`Jpda`](association::Jpda), or [`Gnn`](association::Gnn) as a baseline; with one mode it is the
 //! JPDAF. [`Logic`](track::Logic) ends tracks by counting misses, or by the probability that their targets exist: then they
-//! are the IPDA and the JIPDA. Wrap a model in [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
+//! are the IPDA and the JIPDA. Where several sensors have a tracker each, a [`Combiner`](fusion::Combiner) makes one picture of
+//! their tracks; where their plots can be had, one tracker that takes in all of them knows more. Wrap a model in
+//! [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
 //!
 //! # Layers
 //!
@@ -100,6 +102,7 @@
 
 #[macro_use]
 mod unrolled;
+mod counter;
 
 pub mod association;
 pub mod error;

@@ -56,6 +56,10 @@ pub enum Fault {
     Config(boresight::error::ConfigError),
     /// A scan was refused.
     Scan(boresight::error::ScanError),
+    /// A list of tracks was refused.
+    List(boresight::fusion::ListError),
+    /// A message was not understood.
+    Message(boresight::fusion::MessageError),
 }
 
 impl From<boresight::error::ConfigError> for Fault {
@@ -70,11 +74,23 @@ impl From<boresight::error::ScanError> for Fault {
     }
 }
 
+impl From<boresight::fusion::ListError> for Fault {
+    fn from(error: boresight::fusion::ListError) -> Self {
+        Self::List(error)
+    }
+}
+
+impl From<boresight::fusion::MessageError> for Fault {
+    fn from(error: boresight::fusion::MessageError) -> Self {
+        Self::Message(error)
+    }
+}
+
 /// Everything, in the order of [`data::EXPECTED`].
 ///
 /// # Errors
 /// Where a configuration here is wrong.
-pub fn run<S: Sink>(sink: &mut S, state: &mut radar::State, single: &mut radar::SingleState) -> Result<(), Fault> {
-    radar::run(sink, state, single)?;
+pub fn run<S: Sink>(sink: &mut S, memory: &mut radar::Memory) -> Result<(), Fault> {
+    radar::run(sink, memory)?;
     kernels::run(sink)
 }
