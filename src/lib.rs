@@ -102,6 +102,7 @@
 mod unrolled;
 
 pub mod association;
+pub mod coupled;
 pub mod error;
 pub mod evidence;
 pub mod fusion;

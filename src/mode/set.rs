@@ -6,6 +6,7 @@
 use crate::gaussian::Gaussian;
 use crate::model::{Layout, MotionModel};
 use crate::scalar::Real;
+use nalgebra::{SMatrix, SVector};
 
 /// `MODES` motion models over one state of `NX` entries.
 pub trait ModeSet<T: Real, const NX: usize, const MODES: usize> {
@@ -14,6 +15,8 @@ pub trait ModeSet<T: Real, const NX: usize, const MODES: usize> {
 
     /// Predicts `g` over `dt` \[s\] by the model number `mode`; a number beyond the last does nothing.
     fn predict(&self, mode: usize, g: &mut Gaussian<T, NX>, dt: T);
+    /// v ← F v by the model number `mode`, F at `x`; a number beyond the last does nothing.
+    fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T);
 }
 
 impl<T: Real, M: MotionModel<T, NX>, const NX: usize, const MODES: usize> ModeSet<T, NX, MODES> for [M; MODES] {
@@ -26,6 +29,12 @@ impl<T: Real, M: MotionModel<T, NX>, const NX: usize, const MODES: usize> ModeSe
     fn predict(&self, mode: usize, g: &mut Gaussian<T, NX>, dt: T) {
         if let Some(model) = self.get(mode) {
             model.predict(g, dt);
+        }
+    }
+    #[inline(always)]
+    fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+        if let Some(model) = self.get(mode) {
+            model.propagate(x, v, dt);
         }
     }
 }
@@ -46,6 +55,14 @@ macro_rules! tuple_of_modes {
                 match mode {
                     0 => self.0.predict(g, dt),
                     $($index => self.$index.predict(g, dt),)*
+                    _ => {}
+                }
+            }
+            #[inline(always)]
+            fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+                match mode {
+                    0 => self.0.propagate(x, v, dt),
+                    $($index => self.$index.propagate(x, v, dt),)*
                     _ => {}
                 }
             }
