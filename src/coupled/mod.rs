@@ -18,14 +18,19 @@
 //! | `gaussian.rs` | the density of both targets in one pair of modes: prediction, predicted measurements, correction |
 //! | `blocks.rs` | vectors and symmetric matrices over two measurements |
 //! | `hypotheses.rs` | what the detections of a scan may be, weighed by logarithms |
+//! | `as_one.rs` | two targets that the sensor sees as one |
+//! | `sums.rs` | what hypotheses add up to |
 //! | `bank.rs` | one density for every pair of modes, and the interacting multiple model cycle on them |
 
+pub(crate) mod as_one;
 mod bank;
 mod blocks;
 mod gaussian;
 mod hypotheses;
+mod sums;
 
 pub use bank::CoupledBank;
 pub use blocks::{Blocks, Pair};
 pub use gaussian::{CoupledGaussian, CoupledInnovation, Coupling, Cross, NoCross};
-pub use hypotheses::{Candidate, Event, Hypothesis, Odds, Sums};
+pub use hypotheses::{Candidate, Event, Hypothesis, Odds};
+pub use sums::Sums;

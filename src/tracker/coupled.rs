@@ -29,6 +29,7 @@
 //!
 //! Memory: [`CoupledState`] is all there is, r² (2 (NX² + NX) + NX²) scalars and DETS candidates; r² · 2 (NX² + NX) without what is common.
 
+use crate::coupled::as_one::AsOne;
 use crate::coupled::{Candidate, CoupledBank, CoupledInnovation, Coupling, Cross, Odds, Sums};
 use crate::error::{ConfigError, ScanError};
 use crate::evidence::LEAST_DENSITY;
@@ -253,7 +254,10 @@ where
             widest.offer(&innovation.z_hat[r], &innovation.density[r]);
         }
         if let Some(resolution) = sensor.resolution() {
-            let (z_hat, density) = innovation.merged(model, resolution, &model.noise(&pair.targets[0].mean));
+            let noise = model.noise(&pair.targets[0].mean);
+            let odds = Odds { p_detect: [T::ONE; 2], p_gate: T::ONE, ln_pair: T::ZERO };
+            let as_one = AsOne::new(model, &innovation.z_hat, &innovation.spread, &noise, resolution, &odds);
+            let (z_hat, density) = as_one.predicted(resolution.noise.as_ref().unwrap_or(&noise));
             widest[2].offer(&z_hat, &density);
         }
     }

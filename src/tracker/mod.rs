@@ -7,6 +7,7 @@
 //! | `lms_jpda.rs` | the same, each track with the likely ones of many modes |
 //! | `coupled.rs` | two targets as one, unresolved detections included |
 //! | `picture.rs`, `births.rs` | what all share: prediction, life and birth of tracks |
+//! | `unresolved.rs` | tracks that the sensor may not tell apart |
 //! | `rows.rs` | what joint association is made from |
 //! | `state.rs` | what they remember |
 //! | `work.rs` | the most work that a scan can make |
@@ -22,6 +23,7 @@ mod printed;
 mod printed_joint;
 mod rows;
 mod state;
+mod unresolved;
 mod work;
 
 pub use coupled::{CoupledState, ImmCoupled};

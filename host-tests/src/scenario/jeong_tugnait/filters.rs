@@ -6,6 +6,7 @@
 //! | `MCF` | the same with the sensors' resolution |
 //! | `MCF-D` | the same without the covariance between the targets |
 //! | `MCF parametric` | `MCF` told the density of clutter |
+//! | `IMM-JPDA merged` | `ImmJpda` that pairs tracks which the sensors may not tell apart |
 //! | `IMM-JPDA`, `IMM-PDA`, `IMM-NN` | `ImmJpda`, `ImmPdaf`, `ImmPdaf` with the nearest neighbour |
 //!
 //! All start from the same two densities and take in the radar's scan first, then the infrared sensor's of the same time.
@@ -13,7 +14,7 @@
 use super::data::{Data, INFRARED, P_DETECT, RADAR, SCANS, START, Sensor as Specified};
 use crate::Failure;
 use crate::precision::Scalar;
-use boresight::association::{Gate, Jpda, NearestNeighbour};
+use boresight::association::{Gate, Jpda, MergingJpda, NearestNeighbour};
 use boresight::coupled::{Coupling, Cross, NoCross};
 use boresight::error::{ConfigError, ScanError};
 use boresight::gaussian::Gaussian;
@@ -28,6 +29,8 @@ use boresight::track::{Logic, TrackId};
 use boresight::tracker::{CoupledState, ImmCoupled, ImmJpda, ImmPdaf, Tracker};
 use nalgebra::SVector;
 
+/// A filter that runs only when named.
+pub const ON_REQUEST: &[&str] = &["IMM-JPDA merged"];
 /// The names, in the order of the results.
 pub const NAMES: &[&str] = &["CF", "MCF", "MCF-D", "MCF parametric", "IMM-JPDA", "IMM-PDA", "IMM-NN"];
 
@@ -86,6 +89,17 @@ fn follow_by<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
         "CF" => coupled::<T, Cross<T, NX>, _>(data, &sensors),
         "MCF-D" => coupled::<T, NoCross, _>(data, &unresolving()?),
         "MCF" | "MCF parametric" => coupled::<T, Cross<T, NX>, _>(data, &unresolving()?),
+        "IMM-JPDA merged" => {
+            let joint = MergingJpda::new(Jpda::new());
+            let tracker = ImmJpda::<T, Modes<T>, NX, MODES, 2, DETS, MergingJpda<96, 1>>::new(
+                modes()?,
+                jump(),
+                initial(),
+                Logic::unmanaged(),
+                joint,
+            )?;
+            apart(&tracker, data, &unresolving()?, ImmJpda::start, ImmJpda::step)
+        }
         "IMM-JPDA" => {
             let tracker =
                 ImmJpda::<T, Modes<T>, NX, MODES, 2, DETS, Jpda<96>>::new(modes()?, jump(), initial(), Logic::unmanaged(), Jpda::new())?;
@@ -156,12 +170,12 @@ fn coupled<T: Scalar, C: Coupling<T, NX>, S: Sensor<T, NX, 2>>(data: &Data, sens
     Ok(tracks)
 }
 
-fn apart<T: Scalar, K: Tracker<T, NX, MODES>>(
+fn apart<T: Scalar, K: Tracker<T, NX, MODES>, S: Sensor<T, NX, 2>>(
     tracker: &K,
     data: &Data,
-    sensors: &[Seeing<T>; 2],
+    sensors: &[S; 2],
     begin: impl Fn(&K, &mut K::State, Gaussian<T, NX>, Instant) -> Option<TrackId>,
-    step: impl Fn(&K, &mut K::State, &Seeing<T>, &Scan<'_, T, 2>) -> Result<Report, ScanError>,
+    step: impl Fn(&K, &mut K::State, &S, &Scan<'_, T, 2>) -> Result<Report, ScanError>,
 ) -> Result<Tracks, Fault> {
     let mut state = K::State::default();
     let ids = start(data).map(|g| begin(tracker, &mut state, g, Instant::ZERO));

@@ -28,7 +28,7 @@ pub const SCENARIO: Scenario = Scenario {
     about: "two aircraft cross, unresolved by radar and infrared sensor; coupled filters with and without merged measurements (Jeong & Tugnait)",
     default_runs: 1000,
     filters: filters::NAMES,
-    on_request: &[],
+    on_request: filters::ON_REQUEST,
     run,
 };
 
