@@ -13,6 +13,7 @@ mod gomes;
 mod jeong_tugnait;
 mod kashyap;
 mod kashyap_b;
+mod ti_separation;
 
 use crate::{Failure, Precision, output};
 use indexmap::IndexMap;
@@ -22,7 +23,7 @@ use std::path::PathBuf;
 
 /// Every scenario that `list` shows and `run` knows.
 pub static SCENARIOS: &[Scenario] =
-    &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN, jeong_tugnait::SCENARIO];
+    &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN, jeong_tugnait::SCENARIO, ti_separation::SCENARIO];
 
 /// A scenario as the table holds it.
 #[derive(Debug, Clone, Copy)]

@@ -239,13 +239,17 @@ where
     S: Sensor<T, NX, NZ>,
     A: Associator<T, TRACKS, DETS>,
 {
-    let State { picture: Picture { tracks, .. }, scratch: Joint { matrix, memory }, .. } = state;
+    let State { picture: Picture { tracks, claimed, .. }, scratch: Joint { memory, .. }, .. } = state;
     let pairs = A::pairs(memory)?;
     pairs.clear();
     let resolution = sensor.resolution()?;
     let sights = unresolved::look(tracks, sensor);
-    let gated = |row: usize, column: usize| matrix.row(row).and_then(|(_, hit)| hit.get(column)).is_some_and(|h| *h > T::ZERO);
-    unresolved::pair_up(pairs, &sights, gated, sensor, resolution, detections, selection, diffuse);
+    unresolved::pair_up(pairs, &sights, sensor, resolution, detections, selection, diffuse);
+    for pair in pairs.iter() {
+        for (claimed, g) in claimed.iter_mut().zip(&pair.hit) {
+            *claimed |= *g > T::ZERO;
+        }
+    }
     (!pairs.is_empty()).then_some(sights)
 }
 

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! pairs    of all confirmed tracks the two with the largest P_u, then of the others, down to P_u = 10⁻³; each track in one pair
+//! gate     what both would give as one, with the threshold of the sensor
 //! weights  1 − P_u;  g_j = P_Da / λ_j · √det 2πR_d · N([z_j; 0]; ...),  g_0 = P_u (1 − P_Da P_G)      (coupled/as_one.rs)
 //! absorb   of a track t of the pair (t, u), besides its own detections: z_j as measured of both, u integrated out, by P(as one, j);
 //!          and, as if detected where u is, that the two are near, by P(as one, neither seen)
@@ -65,7 +66,6 @@ pub(super) fn look<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usi
 pub(super) fn pair_up<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>(
     pairs: &mut VecView<UnresolvedPair<T, DETS>>,
     sights: &Sights<T, NZ, TRACKS>,
-    gated: impl Fn(usize, usize) -> bool,
     sensor: &S,
     resolution: &Resolution<T, NZ>,
     detections: &[Detection<T, NZ>],
@@ -87,11 +87,13 @@ pub(super) fn pair_up<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: 
             }
         }
         let Some((rows, as_one)) = closest else { return };
+        let Some(nominal) = seen(rows[0]).map(|sight| sight.noise) else { return };
         let mut hit = [T::ZERO; DETS];
         for (column, (number, g)) in selection.indices.iter().zip(&mut hit).enumerate() {
             let Some(detection) = detections.get(usize::from(*number)) else { continue };
-            // Nothing that neither has in its gate is of both.
-            if !rows.iter().any(|row| gated(*row, column)) {
+            let noise = detection.noise.as_ref().or(resolution.noise.as_ref());
+            let (z_hat, density) = as_one.predicted(noise.unwrap_or(&nominal));
+            if density.nis(&sensor.model().residual(&detection.z, &z_hat)) > sensor.gate().threshold() {
                 continue;
             }
             let ln_rate = match sensor.clutter(&detection.z) {
