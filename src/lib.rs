@@ -105,6 +105,7 @@ mod unrolled;
 mod counter;
 
 pub mod association;
+pub mod coupled;
 pub mod error;
 pub mod evidence;
 pub mod fusion;

@@ -10,8 +10,10 @@
 //! metrics are numbers in SI units, or null where they are not defined.
 
 mod gomes;
+mod jeong_tugnait;
 mod kashyap;
 mod kashyap_b;
+mod ti_separation;
 
 use crate::{Failure, Precision, output};
 use indexmap::IndexMap;
@@ -20,7 +22,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Every scenario that `list` shows and `run` knows.
-pub static SCENARIOS: &[Scenario] = &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN];
+pub static SCENARIOS: &[Scenario] =
+    &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN, jeong_tugnait::SCENARIO, ti_separation::SCENARIO];
 
 /// A scenario as the table holds it.
 #[derive(Debug, Clone, Copy)]

@@ -6,6 +6,7 @@
 use crate::gaussian::Gaussian;
 use crate::model::{Layout, MotionModel};
 use crate::scalar::Real;
+use nalgebra::{SMatrix, SVector};
 
 /// `MODES` motion models over one state of `NX` entries.
 pub trait ModeSet<T: Real, const NX: usize, const MODES: usize> {
@@ -19,6 +20,8 @@ pub trait ModeSet<T: Real, const NX: usize, const MODES: usize> {
     fn steps(&self, dt: T) -> Self::Steps;
     /// Predicts `g` by the step of the model number `mode`; a number beyond the last does nothing.
     fn advance(&self, mode: usize, g: &mut Gaussian<T, NX>, steps: &Self::Steps);
+    /// v ← F v by the model number `mode` over `dt` \[s\], F at `x`; a number beyond the last does nothing.
+    fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T);
 }
 
 impl<T: Real, M: MotionModel<T, NX>, const NX: usize, const MODES: usize> ModeSet<T, NX, MODES> for [M; MODES] {
@@ -36,6 +39,12 @@ impl<T: Real, M: MotionModel<T, NX>, const NX: usize, const MODES: usize> ModeSe
     fn advance(&self, mode: usize, g: &mut Gaussian<T, NX>, steps: &[M::Step; MODES]) {
         if let Some((model, step)) = self.get(mode).zip(steps.get(mode)) {
             model.advance(g, step);
+        }
+    }
+    #[inline(always)]
+    fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+        if let Some(model) = self.get(mode) {
+            model.propagate(x, v, dt);
         }
     }
 }
@@ -61,6 +70,14 @@ macro_rules! tuple_of_modes {
                 match mode {
                     0 => self.0.advance(g, &steps.0),
                     $($index => self.$index.advance(g, &steps.$index),)*
+                    _ => {}
+                }
+            }
+            #[inline(always)]
+            fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+                match mode {
+                    0 => self.0.propagate(x, v, dt),
+                    $($index => self.$index.propagate(x, v, dt),)*
                     _ => {}
                 }
             }

@@ -102,6 +102,22 @@ pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A:
     }
 }
 
+/// v ← F v for all columns of `v`, the identity beyond the blocks.
+#[inline(always)]
+pub fn propagate<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, v: &mut SMatrix<T, NX, NX>) {
+    const { assert!(A * S <= NX, "the state is too short for these blocks") }
+    let columns = &mut v.data.0;
+    for a in 0..A {
+        let mut rows: [[T; NX]; S] = core::array::from_fn(|i| core::array::from_fn(|l| columns[l][a * S + i]));
+        step.propagate(&mut rows);
+        for i in 0..S {
+            for l in 0..NX {
+                columns[l][a * S + i] = rows[i][l];
+            }
+        }
+    }
+}
+
 /// F, block diagonal, one beyond the blocks: the plain form of a block-wise model.
 pub fn jacobian<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B) -> SMatrix<T, NX, NX> {
     const { assert!(A * S <= NX, "the state is too short for these blocks") }

@@ -11,6 +11,7 @@ pub mod motion;
 pub(crate) mod offset;
 pub mod position;
 pub mod radar;
+pub mod resolution;
 pub mod turn;
 pub mod unscented;
 
@@ -81,6 +82,12 @@ pub trait MotionModel<T: Real, const NX: usize> {
     #[inline(always)]
     fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
         self.advance(g, &self.step(dt));
+    }
+
+    /// v ← F v for all columns of `v`, F at `x`: what a covariance between two targets moves by. Dense here: NX³ multiply-adds.
+    #[inline(always)]
+    fn propagate(&self, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+        *v = self.jacobian(x, dt) * *v;
     }
 }
 

@@ -138,6 +138,13 @@ impl<T: Real, const NX: usize, const AXES: usize, const STRIDE: usize> MotionMod
             g.cov.upper_mut()[k] = [T::ZERO; NX];
         }
     }
+    #[inline(always)]
+    fn propagate(&self, _x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+        block::propagate::<T, _, NX, AXES, STRIDE>(&VelocityStep { dt, noise: [T::ZERO; 3] }, v);
+        for unused in v.data.0.iter_mut().flat_map(|column| column.iter_mut().skip(AXES * STRIDE)) {
+            *unused = T::ZERO;
+        }
+    }
 }
 
 /// Constant acceleration in `AXES` axes of three states each.
@@ -326,6 +333,10 @@ macro_rules! axiswise {
             fn advance(&self, g: &mut Gaussian<T, NX>, step: &AccelerationStep<T>) {
                 const { assert!(NX == 3 * AXES, "the state must be three per axis") }
                 block::predict::<T, _, NX, AXES, 3>(step, g);
+            }
+            #[inline(always)]
+            fn propagate(&self, _x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+                block::propagate::<T, _, NX, AXES, 3>(&self.step_over(dt), v);
             }
         }
     };

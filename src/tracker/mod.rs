@@ -5,13 +5,16 @@
 //! | `imm_pdaf.rs` | every track associated as if it were alone |
 //! | `imm_jpda.rs` | all tracks associated together |
 //! | `lms_jpda.rs` | the same, each track with the likely ones of many modes |
+//! | `coupled.rs` | two targets as one, unresolved detections included |
 //! | `picture.rs`, `births.rs` | what all share: prediction, life and birth of tracks |
+//! | `unresolved.rs` | tracks that the sensor may not tell apart |
 //! | `rows.rs` | what joint association is made from |
 //! | `state.rs` | what they remember |
 //! | `work.rs` | the most work that a scan can make |
 //! | `printed.rs`, `printed_joint.rs` | baselines for [`ImmPdaf`] and [`LmsJpda`] |
 
 mod births;
+mod coupled;
 mod imm_jpda;
 mod imm_pdaf;
 mod lms_jpda;
@@ -20,8 +23,10 @@ mod printed;
 mod printed_joint;
 mod rows;
 mod state;
+mod unresolved;
 mod work;
 
+pub use coupled::{CoupledState, ImmCoupled};
 pub use imm_jpda::{ImmJpda, Joint, JointState};
 pub use imm_pdaf::ImmPdaf;
 pub use lms_jpda::{Likely, LmsJpda, LmsState};

@@ -8,6 +8,7 @@
 //! `KINDS`. A solver returns *results only*; they are laid over the case by [`overlay`]: objects key by
 //! key, lists of objects (`steps`) entry by entry, anything else as a whole.
 
+mod coupled;
 pub mod field;
 mod fusion;
 mod imm;
@@ -51,6 +52,8 @@ static KINDS: &[Kind] = &[
     lms::KIND,
     metrics::KIND,
     fusion::KIND,
+    coupled::ONE_SCAN,
+    coupled::CYCLE,
 ];
 
 /// The command `solve`.

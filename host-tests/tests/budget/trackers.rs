@@ -49,6 +49,9 @@ impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const MODES: usize> ModeSet<f3
         count(|work| work.predictions += 1);
         self.0.advance(mode, g, steps);
     }
+    fn propagate(&self, mode: usize, x: &SVector<f32, NX>, v: &mut SMatrix<f32, NX, NX>, dt: f32) {
+        self.0.propagate(mode, x, v, dt);
+    }
 }
 
 impl<M: Motion<NX, MODES>, const NX: usize, const MODES: usize> Motion<NX, MODES> for Counting<M> {

@@ -42,6 +42,9 @@ impl ModeSet<f64, 4, MODES> for Counting<[KnownTurn<f64, 2>; MODES]> {
         count(0);
         self.0.advance(mode, g, steps);
     }
+    fn propagate(&self, mode: usize, x: &SVector<f64, 4>, v: &mut SMatrix<f64, 4, 4>, dt: f64) {
+        self.0.propagate(mode, x, v, dt);
+    }
 }
 
 impl MeasurementModel<f64, 4, 2> for Counting<Position<f64, 2, 2>> {
