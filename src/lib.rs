@@ -106,6 +106,7 @@ pub mod error;
 pub mod evidence;
 pub mod fusion;
 pub mod gaussian;
+pub mod glmb;
 pub mod initiation;
 pub mod mode;
 pub mod model;

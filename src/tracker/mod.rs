@@ -12,8 +12,10 @@
 //! | `printed.rs`, `printed_joint.rs` | baselines for [`ImmPdaf`] and [`LmsJpda`] |
 
 mod births;
+mod glmb_state;
 mod imm_jpda;
 mod imm_pdaf;
+mod jms_glmb;
 mod lms_jpda;
 mod picture;
 mod printed;
@@ -22,8 +24,10 @@ mod rows;
 mod state;
 mod work;
 
+pub use glmb_state::{GlmbState, LabelledEstimate};
 pub use imm_jpda::{ImmJpda, Joint, JointState};
 pub use imm_pdaf::ImmPdaf;
+pub use jms_glmb::JmsGlmb;
 pub use lms_jpda::{Likely, LmsJpda, LmsState};
 pub use state::{Scratch, State};
 pub use work::Work;

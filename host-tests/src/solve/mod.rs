@@ -10,6 +10,7 @@
 
 pub mod field;
 mod fusion;
+mod glmb;
 mod imm;
 mod jpda;
 mod kf;
@@ -51,6 +52,7 @@ static KINDS: &[Kind] = &[
     lms::KIND,
     metrics::KIND,
     fusion::KIND,
+    glmb::KIND,
 ];
 
 /// The command `solve`.
