@@ -10,6 +10,7 @@
 //! metrics are numbers in SI units, or null where they are not defined.
 
 mod gomes;
+mod jms_glmb;
 mod kashyap;
 mod kashyap_b;
 
@@ -20,7 +21,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Every scenario that `list` shows and `run` knows.
-pub static SCENARIOS: &[Scenario] = &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN];
+pub static SCENARIOS: &[Scenario] = &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN, jms_glmb::LINEAR, jms_glmb::NONLINEAR];
 
 /// A scenario as the table holds it.
 #[derive(Debug, Clone, Copy)]
