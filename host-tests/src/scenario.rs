@@ -21,7 +21,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Every scenario that `list` shows and `run` knows.
-pub static SCENARIOS: &[Scenario] = &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN, jms_glmb::LINEAR, jms_glmb::NONLINEAR];
+pub static SCENARIOS: &[Scenario] =
+    &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN, jms_glmb::LINEAR, jms_glmb::NONLINEAR];
 
 /// A scenario as the table holds it.
 #[derive(Debug, Clone, Copy)]

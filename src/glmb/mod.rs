@@ -15,10 +15,10 @@
 //! | `density.rs` | what a density must do: predict, weigh detections, absorb one |
 //! | `mixture.rs` | Gaussians in every mode: linear, extended and unscented filters |
 //! | `particles.rs`, `random.rs` | points in every mode |
-//! | `row.rs` | what may become of one target in one scan, and how probable that is |
+//! | `row.rs`, `look.rs` | what may become of one target in one scan, and how probable that is |
 //! | `total.rs` | the weight of all events of a hypothesis together: what truncation is measured by |
 //! | `ranked.rs`, `gibbs.rs` | truncation: the events of the greatest weight, or a random walk among them |
-//! | `pool.rs` | hypotheses: the heaviest, the same set once |
+//! | `pool.rs`, `table.rs` | hypotheses: the heaviest, the same set once; the tracks that they are made of |
 //! | `birth.rs` | where targets appear |
 //!
 //! The tracker made of them is [`JmsGlmb`](crate::tracker::JmsGlmb).
@@ -26,24 +26,28 @@
 mod birth;
 mod density;
 mod gibbs;
+mod look;
 mod mixture;
 mod particles;
 mod pool;
 mod random;
 mod ranked;
 mod row;
+mod table;
 mod total;
 
 pub use birth::Region;
 pub(crate) use birth::{Adaptive, Unexplained};
 pub use density::{Density, Sight};
 pub use gibbs::Gibbs;
+pub(crate) use look::Look;
 pub use mixture::Mixture;
 pub use particles::Particles;
 pub(crate) use pool::{Hypothesis, Pool, sort};
 pub use ranked::Ranked;
 pub use row::{Event, Limits, Outcome, Problem, Row, Truncation};
-pub(crate) use row::{GONE, NO_TRACK, ln_add};
+pub(crate) use row::{GONE, ln_add};
+pub(crate) use table::{Generation, Slot, decode, encode};
 pub(crate) use total::ln_total;
 
 /// The identity of a target: never given twice, and kept as long as the target is tracked.

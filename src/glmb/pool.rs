@@ -8,7 +8,7 @@
 //! What is kept depends on weights alone, never on the order of arrival, unless weights are exactly equal.
 
 use super::row::ln_add;
-use crate::scalar::Real;
+use crate::scalar::{Real, exp, ln};
 
 /// A set of targets, and how probable it is.
 #[derive(Clone, Copy, Debug)]
@@ -159,11 +159,12 @@ impl<T: Real, const LABELS: usize, const HYPS: usize> Pool<T, LABELS, HYPS> {
         self.count = kept;
     }
 
-    /// ln of the sum of all weights.
-    pub(crate) fn ln_sum(&self) -> T {
+    /// Lets all weights sum to one. Returns ln of what they summed to.
+    pub(crate) fn normalise(&mut self) -> T {
         let highest = self.all().iter().fold(-T::ONE / T::ZERO, |most, h| if h.ln_weight > most { h.ln_weight } else { most });
-        let sum = self.all().iter().fold(T::ZERO, |sum, h| sum + crate::scalar::exp(h.ln_weight - highest));
-        highest + crate::scalar::ln(sum)
+        let ln_sum = highest + ln(self.all().iter().fold(T::ZERO, |sum, h| sum + exp(h.ln_weight - highest)));
+        self.all_mut().iter_mut().for_each(|h| h.ln_weight -= ln_sum);
+        ln_sum
     }
 }
 

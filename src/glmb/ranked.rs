@@ -78,8 +78,7 @@ fn columns<T: Real, const GATED: usize, const COLUMNS: usize>(problem: &Problem<
 
 impl<T: Real, const LABELS: usize, const EVENTS: usize, const COLUMNS: usize> Truncation<T, LABELS> for Ranked<EVENTS, COLUMNS> {
     type Memory = RankedMemory<T, LABELS, EVENTS, COLUMNS>;
-    const MEMORY: Self::Memory =
-        RankedMemory { ranking: KBest::new(), matrix: [[T::ZERO; COLUMNS]; LABELS], idle: [T::ZERO; LABELS] };
+    const MEMORY: Self::Memory = RankedMemory { ranking: KBest::new(), matrix: [[T::ZERO; COLUMNS]; LABELS], idle: [T::ZERO; LABELS] };
 
     fn explore<R: Rng, const GATED: usize>(
         &self,

@@ -117,9 +117,19 @@ impl<T: Real, const GATED: usize> Row<T, GATED> {
         &self.hits
     }
 
-    /// The share of what was given up for want of room.
-    pub(crate) fn rest(&self) -> T {
-        self.rest
+    /// Whether there was no room for all detections.
+    pub(crate) fn is_crowded(&self) -> bool {
+        self.rest > T::ZERO
+    }
+
+    /// Whether the detection `number` is one of the row's.
+    pub(crate) fn gates(&self, number: u16) -> bool {
+        self.hits.iter().any(|hit| hit.detection == Some(number))
+    }
+
+    /// Whether any hypothesis goes on with a track of it.
+    pub(crate) fn lives_on(&self) -> bool {
+        self.outcomes().any(|o| o.child != NO_TRACK)
     }
 
     /// The share of all in which the target exists.

@@ -9,7 +9,7 @@
 //! U has room for a few detections. Others that rows share count as if each row had its own: that counts events which are none,
 //! and the sum is an upper bound.
 
-use super::row::{Problem, Row};
+use super::row::Problem;
 use crate::scalar::{Real, ln};
 
 /// Shared detections that are told apart.
@@ -23,7 +23,7 @@ pub(crate) fn ln_total<T: Real, const GATED: usize>(problem: &Problem<'_, T, GAT
     let mut shared = heapless::Vec::<u16, SHARED>::new();
     for (place, row) in problem.rows().enumerate() {
         for detection in row.hits().iter().filter_map(|hit| hit.detection) {
-            let again = || problem.rows().skip(place + 1).any(|other| has(other, detection));
+            let again = || problem.rows().skip(place + 1).any(|other| other.gates(detection));
             if !shared.is_full() && !shared.contains(&detection) && again() {
                 let _ = shared.push(detection);
             }
@@ -50,8 +50,4 @@ pub(crate) fn ln_total<T: Real, const GATED: usize>(problem: &Problem<'_, T, GAT
         }
     }
     ln_scale + ln(sums.iter().take(sets).fold(T::ZERO, |sum, z| sum + *z))
-}
-
-fn has<T: Real, const GATED: usize>(row: &Row<T, GATED>, detection: u16) -> bool {
-    row.hits().iter().any(|hit| hit.detection == Some(detection))
 }

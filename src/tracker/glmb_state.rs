@@ -7,7 +7,7 @@
 //! ```
 
 use crate::gaussian::Gaussian;
-use crate::glmb::{Density, Hypothesis, Label, Pool, Row, Truncation, Unexplained};
+use crate::glmb::{Density, Generation, Hypothesis, Label, Pool, Row, Slot, Truncation, Unexplained};
 use crate::scalar::{Real, exp};
 use crate::symmetric::Symmetric;
 use crate::time::Instant;
@@ -24,25 +24,6 @@ pub struct LabelledEstimate<T, const NX: usize, const MODES: usize> {
     pub state: Gaussian<T, NX>,
     /// μ, the mode probabilities
     pub modes: [T; MODES],
-}
-
-/// A track: a label and a history of detections, which any number of hypotheses share.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Slot<T, D> {
-    pub label: Label,
-    /// The weights of the hypotheses that have it
-    pub weight: T,
-    /// The row and choice that it came of
-    pub origin: u16,
-    pub density: D,
-}
-
-/// Tracks, and hypotheses made of them.
-#[derive(Clone, Debug)]
-pub(super) struct Generation<T, D, const SLOTS: usize, const HYPS: usize, const LABELS: usize> {
-    pub slots: [Slot<T, D>; SLOTS],
-    pub tracks: usize,
-    pub pool: Pool<T, LABELS, HYPS>,
 }
 
 /// All that a [`JmsGlmb`](super::JmsGlmb) remembers, and its scratch. All zero bits when new: a `static` costs no flash.
@@ -99,7 +80,7 @@ impl<
             scans: 0,
             generations: [const {
                 let slot = Slot { label: Label { birth_scan: 0, index: 0 }, weight: T::ZERO, origin: 0, density: D::ZERO };
-                Generation { slots: [slot; SLOTS], tracks: 0, pool: Pool::NEW }
+                Generation { slots: [slot; SLOTS], count: 0, pool: Pool::NEW }
             }; 2],
             second: false,
             rows: [const { Row::ZERO }; SLOTS],
@@ -120,8 +101,7 @@ impl<
     }
 
     fn slots(&self) -> &[Slot<T, D>] {
-        let now = self.now();
-        now.slots.get(..now.tracks).unwrap_or_default()
+        self.now().tracks()
     }
 
     /// (weight, labels) of all hypotheses, heaviest first. The weights sum to one.
@@ -136,7 +116,7 @@ impl<
     /// Tracks in the table: pairs of a label and a history of detections.
     #[must_use]
     pub fn tracks(&self) -> usize {
-        self.now().tracks
+        self.now().count
     }
 
     /// ρ(n), the probability of `n` targets.

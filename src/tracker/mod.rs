@@ -5,13 +5,15 @@
 //! | `imm_pdaf.rs` | every track associated as if it were alone |
 //! | `imm_jpda.rs` | all tracks associated together |
 //! | `lms_jpda.rs` | the same, each track with the likely ones of many modes |
-//! | `picture.rs`, `births.rs` | what all share: prediction, life and birth of tracks |
+//! | `jms_glmb.rs`, `glmb_cycle.rs` | a labelled random finite set |
+//! | `picture.rs`, `births.rs` | what the others share: prediction, life and birth of tracks |
 //! | `rows.rs` | what joint association is made from |
-//! | `state.rs` | what they remember |
+//! | `state.rs`, `glmb_state.rs` | what they remember |
 //! | `work.rs` | the most work that a scan can make |
 //! | `printed.rs`, `printed_joint.rs` | baselines for [`ImmPdaf`] and [`LmsJpda`] |
 
 mod births;
+mod glmb_cycle;
 mod glmb_state;
 mod imm_jpda;
 mod imm_pdaf;

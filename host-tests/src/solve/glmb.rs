@@ -80,7 +80,9 @@ fn filter<T: Scalar, const N: usize, const M: usize, const R: usize, const COMPS
 }
 
 /// Reads the tracker and the sensor.
-fn models<T: Scalar, const N: usize, const M: usize, const R: usize>(case: &Field<'_>) -> Result<(Tracker<T, N, R>, Sensor<T, N, M>), Failure> {
+fn models<T: Scalar, const N: usize, const M: usize, const R: usize>(
+    case: &Field<'_>,
+) -> Result<(Tracker<T, N, R>, Sensor<T, N, M>), Failure> {
     let mut motion = Vec::new();
     for (f, q) in case.get("F")?.items()?.iter().zip(case.get("Q")?.items()?) {
         motion.push(LinearMotion { transition: f.matrix()?, process_noise: Symmetric::from_matrix(&q.matrix()?) });

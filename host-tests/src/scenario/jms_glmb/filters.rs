@@ -156,7 +156,8 @@ pub fn linear<T: Scalar>(name: &str, data: &Data, rng: &mut ChaCha8Rng) -> Resul
                 let tracker = JmsGlmb::<T, _, _, 4, 3, BIRTHS>::new(three(setting)?, jump(setting.stay), T::lit(P_SURVIVE), Murty {})?;
                 let tracker = tracker.with_limits(setting.most, T::lit(LEAST_SHARE))?;
                 let initial = [T::ONE, T::ZERO, T::ZERO];
-                let tracker = tracker.with_initiation(Initiation::new(Rule::OnePoint, birth([0.0; 2]))?, T::lit(0.06), T::lit(0.02), initial)?;
+                let tracker =
+                    tracker.with_initiation(Initiation::new(Rule::OnePoint, birth([0.0; 2]))?, T::lit(0.06), T::lit(0.02), initial)?;
                 glmb::<T, _, Mixture<T, 4, 3, 1>, _, _, 4, 3, SLOTS>(&tracker, &sensor, &plots, rng)
             }
             _ => {
@@ -255,7 +256,9 @@ fn regions<T: Scalar, M: ModeSet<T, NX, MODES>, A, const NX: usize, const MODES:
 ) -> Result<Tracker<T, M, A, NX, MODES>, ConfigError> {
     let initial = std::array::from_fn(|mode| if mode == 0 { T::ONE } else { T::ZERO });
     let tracker = tracker.with_limits(setting.most, T::lit(LEAST_SHARE))?;
-    data::BIRTHS.iter().try_fold(tracker, |tracker, place| tracker.with_region(Region::new(T::lit(setting.births), birth(*place), initial)?))
+    data::BIRTHS
+        .iter()
+        .try_fold(tracker, |tracker, place| tracker.with_region(Region::new(T::lit(setting.births), birth(*place), initial)?))
 }
 
 fn time(k: usize) -> Instant {

@@ -146,8 +146,7 @@ struct Score {
 
 impl Score {
     fn new(data: &Data, estimates: &[Vec<Point>]) -> Self {
-        let mut score =
-            Self { ospa: Vec::new(), gospa: 0.0, cardinality_error: 0.0, modes: [0, 0], label_switches: 0.0, p_cv: Vec::new() };
+        let mut score = Self { ospa: Vec::new(), gospa: 0.0, cardinality_error: 0.0, modes: [0, 0], label_switches: 0.0, p_cv: Vec::new() };
         let mut labels: [BTreeSet<u64>; TARGETS] = Default::default();
         for (k, (truth, points)) in data.truth.iter().zip(estimates).enumerate() {
             let truths: Vec<[f64; 2]> = truth.iter().map(|target| target.position).collect();
@@ -208,7 +207,8 @@ impl Summary {
         let error = self.error.map_or(String::new(), |error| format!(" ± {error:.1}"));
         let truncated = runs.iter().map(|run| run.filters[filter].truncated).fold(0.0, f32::max);
         let tracks = runs.iter().map(|run| run.filters[filter].tracks).max().unwrap_or(0);
-        let _ = writeln!(notes, "{name}: OSPA {:.1}{error} m; at most {tracks} tracks in the table, {truncated:.1e} truncated", value("ospa"));
+        let _ =
+            writeln!(notes, "{name}: OSPA {:.1}{error} m; at most {tracks} tracks in the table, {truncated:.1e} truncated", value("ospa"));
         if let Some((_, [ospa, error, cardinality, accuracy, switches], straight)) = example.reference.iter().find(|r| r.0 == name) {
             let straight = straight.map_or(String::new(), |scans| format!(", {scans} scans with P(CV) above 0.9"));
             let _ = writeln!(
