@@ -110,6 +110,7 @@ pub mod glmb;
 pub mod initiation;
 pub mod mode;
 pub mod model;
+mod order;
 pub mod scalar;
 pub mod scan;
 pub mod sensor;

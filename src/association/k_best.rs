@@ -17,6 +17,7 @@
 //! and Cox 1997).
 
 use super::assignment::{Assignment, Search};
+use crate::order::bring;
 use crate::scalar::{Real, larger};
 
 /// What one row may not take.
@@ -170,7 +171,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const K: usize> KBest<T, T
     fn sort_in(&mut self, first: usize, place: usize) {
         let Some(&k) = self.order.get(place) else { return };
         let rank = self.rank_among(first, place, self.ln_weight(k), self.event(k).unwrap_or(&[]));
-        self.order.get_mut(rank..=place).into_iter().for_each(|moved| moved.rotate_right(1));
+        bring(&mut self.order, place, rank);
     }
 
     /// Delivers the last of the first `delivered` events: the best events of the children of its node wait behind it.

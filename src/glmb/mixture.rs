@@ -11,11 +11,11 @@
 //! [`Unscented`](crate::model::unscented::Unscented), sigma points.
 
 use super::density::{Density, Sight};
-use super::pool::sort;
 use crate::gaussian::{Gaussian, Innovation};
 use crate::mode::{JumpMatrix, LEAST_PROBABILITY, ModeBank, ModeSet};
 use crate::model::MeasurementModel;
 use crate::model::offset::Drift;
+use crate::order::sort;
 use crate::scalar::{Real, is_finite};
 use crate::scan::Detection;
 use crate::sensor::Sensor;
@@ -149,7 +149,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const COMPS: usize> Density<T
             self.interact(jump);
         }
         for bank in &mut self.banks {
-            for (mode, g) in bank.modes.iter_mut().enumerate().filter(|(mode, _)| bank.prob[*mode] > T::ZERO) {
+            for (mode, (g, _)) in bank.modes.iter_mut().zip(&bank.prob).enumerate().filter(|(_, (_, weight))| **weight > T::ZERO) {
                 modes.predict(mode, g, dt);
             }
         }

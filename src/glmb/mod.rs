@@ -43,7 +43,7 @@ pub use gibbs::Gibbs;
 pub(crate) use look::Look;
 pub use mixture::Mixture;
 pub use particles::Particles;
-pub(crate) use pool::{Hypothesis, Pool, sort};
+pub(crate) use pool::{Hypothesis, Pool};
 pub use ranked::Ranked;
 pub use row::{Event, Limits, Outcome, Problem, Row, Truncation};
 pub(crate) use row::{GONE, ln_add};

@@ -8,6 +8,7 @@
 //! What is kept depends on weights alone, never on the order of arrival, unless weights are exactly equal.
 
 use super::row::ln_add;
+use crate::order::{sink, sort, swap};
 use crate::scalar::{Real, exp, ln};
 
 /// A set of targets, and how probable it is.
@@ -170,39 +171,4 @@ impl<T: Real, const LABELS: usize, const HYPS: usize> Pool<T, LABELS, HYPS> {
 
 fn heavier<T: Real, const LABELS: usize>(a: &Hypothesis<T, LABELS>, b: &Hypothesis<T, LABELS>) -> bool {
     a.ln_weight > b.ln_weight
-}
-
-/// Sorts `items` so that each stands `before` those after it: heapsort, in place, without a panic whatever the order says.
-pub(crate) fn sort<E: Copy>(items: &mut [E], before: impl Fn(&E, &E) -> bool) {
-    for place in (0..items.len() / 2).rev() {
-        sink(items, place, &before);
-    }
-    for end in (1..items.len()).rev() {
-        swap(items, 0, end);
-        if let Some(heap) = items.get_mut(..end) {
-            sink(heap, 0, &before);
-        }
-    }
-}
-
-/// Lets the item at `place` sink in a heap whose top is the last of all.
-fn sink<E: Copy>(heap: &mut [E], mut place: usize, before: &impl Fn(&E, &E) -> bool) {
-    while let Some(mut child) = heap.get(2 * place + 1).map(|_| 2 * place + 1) {
-        let comes_before = |a: usize, b: usize| heap.get(a).zip(heap.get(b)).is_some_and(|(a, b)| before(a, b));
-        if comes_before(child, child + 1) {
-            child += 1;
-        }
-        if !comes_before(place, child) {
-            break;
-        }
-        swap(heap, place, child);
-        place = child;
-    }
-}
-
-fn swap<E: Copy>(items: &mut [E], a: usize, b: usize) {
-    if let Some((x, y)) = items.get(a).copied().zip(items.get(b).copied()) {
-        items.iter_mut().skip(a).take(1).for_each(|item| *item = y);
-        items.iter_mut().skip(b).take(1).for_each(|item| *item = x);
-    }
 }

@@ -10,6 +10,7 @@
 //! The weights of a row are divided by their sum, which is kept as a logarithm: products of any number of them stay in
 //! range.
 
+use crate::order::bring;
 use crate::scalar::{Real, exp, is_finite, larger, ln};
 use rand_core::Rng;
 
@@ -83,7 +84,10 @@ impl<T: Real, const GATED: usize> Row<T, GATED> {
                 let lightest = if place < GATED { self.hits.pop().map_or(ln_weight, |hit| hit.ln_weight) } else { ln_weight };
                 ln_rest = ln_add(ln_rest, lightest);
             }
-            let _ = self.hits.insert(place, Outcome::new(Some(detection), ln_weight));
+            if self.hits.push(Outcome::new(Some(detection), ln_weight)).is_ok() {
+                let last = self.hits.len() - 1;
+                bring(&mut self.hits, last, place);
+            }
         }
         let highest = self.outcomes().fold(ln_rest, |most, o| larger(most, o.ln_weight));
         let total = self.outcomes().fold(exp(ln_rest - highest), |sum, o| sum + exp(o.ln_weight - highest));

@@ -4,10 +4,10 @@ use super::jms_glmb::JmsGlmb;
 use crate::gaussian::Gaussian;
 use crate::glmb::{
     Density, GONE, Hypothesis, Label, Limits, Look, Pool, Problem, Row, Slot, Truncation, Unexplained, decode, encode, ln_add, ln_total,
-    sort,
 };
 use crate::initiation::locate;
 use crate::mode::ModeSet;
+use crate::order::sort;
 use crate::scalar::{Real, exp, larger};
 use crate::sensor::Sensor;
 use crate::time::Duration;

@@ -138,7 +138,8 @@ impl<
     /// r(ℓ)
     #[must_use]
     pub fn existence(&self, label: Label) -> T {
-        self.slots().iter().filter(|slot| slot.label == label).fold(T::ZERO, |sum, slot| sum + slot.weight)
+        let sum = self.slots().iter().filter(|slot| slot.label == label).fold(T::ZERO, |sum, slot| sum + slot.weight);
+        if sum < T::ONE { sum } else { T::ONE }
     }
 
     /// The targets of the heaviest hypothesis with the most probable number of them.

@@ -43,7 +43,7 @@ use crate::glmb::{Adaptive, Density, Look, Mixture, Ranked, Region, Row, Sight, 
 use crate::initiation::{Initiation, Rule};
 use crate::mode::{JumpMatrix, ModeSet, check_distribution};
 use crate::model::MeasurementModel;
-use crate::scalar::{Real, exp, ln};
+use crate::scalar::{Real, exp, larger, ln};
 use crate::scan::{Report, Scan, Selection};
 use crate::sensor::{Clutter, Sensor};
 use crate::time::{Duration, Instant};
@@ -237,8 +237,8 @@ fn check<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize>(
 /// A bound on the share of what was given up, rounding included.
 fn truncated<T: Real>(ln_kept: T, ln_all: T, rows: usize) -> f32 {
     let rounding = T::EPSILON * T::from_count(4 * rows) * (T::ONE + ln_kept.abs() + ln_all.abs());
-    let share = (T::ONE - exp(ln_kept - ln_all) + rounding).to_f64() as f32;
-    if share >= 0.0 { share.min(1.0) } else { 1.0 }
+    let share = larger(T::ZERO, T::ONE - exp(ln_kept - ln_all)) + rounding;
+    if share < T::ONE { share.to_f64() as f32 } else { 1.0 }
 }
 
 impl<T: Real, M, const NX: usize, const MODES: usize, const BIRTHS: usize, const EVENTS: usize, const COLUMNS: usize>
