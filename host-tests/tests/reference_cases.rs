@@ -60,6 +60,14 @@ const LMS: &[Compared] = &[
     ("steps", "P", Relative, 1e-8),
 ];
 
+const GLMB: &[Compared] = &[
+    ("steps", "cardinality", Absolute, 1e-7),
+    ("labels", "label", Equal, 0.0),
+    ("labels", "r", Absolute, 1e-7),
+    ("labels", "x", Relative, 1e-6),
+    ("labels", "mode", Absolute, 1e-6),
+];
+
 /// What `solve` may read of a step; all else is a result, as is of a case what is named here.
 const STEP_INPUTS: [&str; 5] = ["z", "F", "Q", "H", "R"];
 const PDA_RESULTS: &[&str] = &["d2_all", "validated", "z_pred", "S", "K", "V", "parametric", "nonparametric"];
@@ -69,6 +77,7 @@ fn strip(kind: &str, file: &mut Value) {
     let results = match kind {
         // K is an input there: the least number of modes.
         "lms" => &[],
+        "glmb" => &["steps"],
         _ if kind.starts_with("jpda") => JPDA_RESULTS,
         _ => PDA_RESULTS,
     };
@@ -100,12 +109,12 @@ fn deviation(mode: Mode, reference: &Value, solved: &Value) -> f64 {
     if mode == Relative { worst / largest } else { worst }
 }
 
-/// The values of a field: of the case, of a container in it, of every step, or of every target of every step.
+/// The values of a field: of the case, of a container in it, of every step, or of every target or label of every step.
 fn pick<'a>(case: &'a Value, container: &str, field: &str) -> Vec<&'a Value> {
     match container {
         "" => vec![&case[field]],
-        "targets" => {
-            let targets = case["steps"].as_array().into_iter().flatten().filter_map(|step| step["targets"].as_array()).flatten();
+        "targets" | "labels" => {
+            let targets = case["steps"].as_array().into_iter().flatten().filter_map(|step| step[container].as_array()).flatten();
             targets.map(|target| &target[field]).collect()
         }
         "steps" => case["steps"].as_array().into_iter().flatten().map(|step| &step[field]).collect(),
@@ -174,6 +183,7 @@ held! {
     nonparametric_jpda_in_double_precision: "jpda_nonparametric" F64 1.0 JPDA;
     immjpdaf_in_double_precision: "immjpdaf" F64 1.0 IMMJPDAF;
     lms_in_double_precision: "lms" F64 1.0 LMS;
+    glmb_in_double_precision: "glmb" F64 1.0 GLMB;
     kf_in_single_precision: "kf" F32 1e6 KF;
     ekf_in_single_precision: "ekf" F32 1e6 NONLINEAR;
     imm_in_single_precision: "imm" F32 1e6 IMM;
@@ -184,6 +194,7 @@ held! {
     nonparametric_jpda_in_single_precision: "jpda_nonparametric" F32 1e6 JPDA;
     immjpdaf_in_single_precision: "immjpdaf" F32 1e6 IMMJPDAF;
     lms_in_single_precision: "lms" F32 1e6 LMS;
+    glmb_in_single_precision: "glmb" F32 1e3 GLMB;
 }
 
 /// Single precision cannot hold sigma points with α = 1e-3: their distance from the mean is 2e-3 standard deviations, a

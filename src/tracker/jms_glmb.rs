@@ -238,7 +238,9 @@ fn check<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize>(
 fn truncated<T: Real>(ln_kept: T, ln_all: T, rows: usize) -> f32 {
     let rounding = T::EPSILON * T::from_count(4 * rows) * (T::ONE + ln_kept.abs() + ln_all.abs());
     let share = larger(T::ZERO, T::ONE - exp(ln_kept - ln_all)) + rounding;
-    if share < T::ONE { share.to_f64() as f32 } else { 1.0 }
+    // Not below what it was in the other width.
+    let share = if share < T::ONE { share.to_f64() as f32 * (1.0 + f32::EPSILON) } else { 1.0 };
+    share.min(1.0)
 }
 
 impl<T: Real, M, const NX: usize, const MODES: usize, const BIRTHS: usize, const EVENTS: usize, const COLUMNS: usize>
