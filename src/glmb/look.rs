@@ -36,7 +36,7 @@ impl<S, T: Real, const NZ: usize, const MODES: usize> Look<'_, S, T, NZ, MODES> 
         self.weights.fill(T::ZERO);
         let miss = density.weigh(&self.sight, self.detections, self.candidates, self.weights);
         // A target that cannot be missed can still vanish from sight: some event must remain.
-        let ln_missed = ln(larger(miss, T::lit(LEAST_PROBABILITY)));
+        let ln_missed = ln(larger(T::lit(LEAST_PROBABILITY), miss));
         let ln_alive = ln(existence);
         let hits = self.candidates.iter().zip(self.weights.iter()).filter(|(_, weight)| **weight > T::ZERO && is_finite(**weight));
         let ln_hits = hits.map(|(number, weight)| (*number, ln_alive + ln(*weight) - ln(self.clutter(*number))));
@@ -50,7 +50,7 @@ impl<S, T: Real, const NZ: usize, const MODES: usize> Look<'_, S, T, NZ, MODES> 
         S: Sensor<T, NX, NZ>,
     {
         match self.detections.get(usize::from(number)).map(|d| self.sight.sensor.clutter(&d.z)) {
-            Some(Clutter::Poisson(density)) => larger(density, T::lit(LEAST_DENSITY)),
+            Some(Clutter::Poisson(density)) => larger(T::lit(LEAST_DENSITY), density),
             _ => T::ONE,
         }
     }

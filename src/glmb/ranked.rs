@@ -16,7 +16,7 @@ use rand_core::Rng;
 /// At most `EVENTS` of every hypothesis, over at most `COLUMNS` columns.
 ///
 /// `COLUMNS` is one for every row that has two fates, and one for every detection that the targets of a hypothesis gate; where
-/// there is no room, those go that are farthest down in their rows. For the cost and the memory see [`KBest`]; the matrix takes LABELS `COLUMNS`
+/// there is no room, those go that are farthest down in their rows. For cost and memory see [`KBest`]; the matrix takes LABELS `COLUMNS`
 /// scalars more.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Ranked<const EVENTS: usize, const COLUMNS: usize>;

@@ -54,6 +54,47 @@ use rand_core::{Rng, TryRng};
 ///
 /// `M` is a [`ModeSet`] of `MODES` models over `NX` states, `A` a [`Truncation`]; `BIRTHS` targets at most may be born in a scan.
 /// The capacities are those of the [`GlmbState`].
+///
+/// ```
+/// use boresight::association::Gate;
+/// use boresight::gaussian::Gaussian;
+/// use boresight::glmb::{Mixture, Ranked, Region};
+/// use boresight::model::motion::{ConstantVelocity, ProcessNoise};
+/// use boresight::model::position::Position;
+/// use boresight::model::turn::KnownTurn;
+/// use boresight::scan::{Detection, Scan};
+/// use boresight::sensor::{Clutter, UniformSensor};
+/// use boresight::symmetric::Symmetric;
+/// use boresight::time::Instant;
+/// use boresight::tracker::{GlmbState, JmsGlmb};
+/// use nalgebra::SVector;
+///
+/// // States (x, vx, y, vy), 2 modes of one Gaussian each; 24 tracks, 16 hypotheses of up to 6 targets, 4 detections of a
+/// // track and 32 of a scan.
+/// type Events = Ranked<16, 16>;
+/// type Memory = GlmbState<f32, Mixture<f32, 4, 2, 1>, Events, 24, 16, 6, 4, 32>;
+/// const _: () = assert!(size_of::<Memory>() < 20 * 1024);
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let noise = ProcessNoise::Discrete(1.0); // (m/s²)²
+/// let modes = (ConstantVelocity::new(noise)?, KnownTurn::new(0.1, noise)?); // rad/s
+/// let gates = Gaussian::new(SVector::zeros(), Symmetric::from_diagonal([1e4, 400.0, 1e4, 400.0])); // m², (m/s)²
+/// let tracker = JmsGlmb::<f32, _, _, 4, 2, 2>::new(modes, [[0.9, 0.1], [0.1, 0.9]], 0.99, Events {})?
+///     .with_region(Region::new(0.02, gates, [1.0, 0.0])?)?
+///     .with_limits(16, 1e-5)?;
+/// let model = Position::<f32, 2, 2>::new(Symmetric::from_diagonal([25.0; 2]))?; // m²
+/// let sensor = UniformSensor::new(model, 0.95, Clutter::Poisson(1e-6), Gate::new::<2>(16.0)?)?;
+///
+/// let mut memory = Memory::new();
+/// for k in 0..5 {
+///     let plots = [Detection::new([20.0 * k as f32, -30.0])];
+///     tracker.step(&mut memory, &sensor, &Scan::new(Instant::from_millis(1000 * k), &plots))?;
+/// }
+/// let target = memory.estimates().next().ok_or("no target")?;
+/// assert!(target.existence > 0.9 && target.modes[0] > 0.5 && (target.state.mean[1] - 20.0).abs() < 3.0);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Debug)]
 pub struct JmsGlmb<T, M, A, const NX: usize, const MODES: usize, const BIRTHS: usize> {
     pub(super) modes: M,
