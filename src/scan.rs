@@ -225,6 +225,8 @@ pub struct Report {
     pub clusters_infeasible: u16,
     /// Every association probability of a bounded cluster is within this of the exact one
     pub association_error_bound: f32,
+    /// A bound on the share of probability that hypotheses given up had; their L1 error is at most twice as large
+    pub truncated_mass: f32,
 }
 
 impl Report {
@@ -255,5 +257,6 @@ impl Report {
             && self.clusters_bounded == 0
             && self.clusters_approximated == 0
             && self.clusters_infeasible == 0
+            && self.truncated_mass == 0.0
     }
 }

@@ -9,6 +9,7 @@
 #[rustfmt::skip]
 pub mod data;
 pub mod fusion;
+pub mod glmb;
 pub mod kernels;
 pub mod load;
 pub mod loaded;

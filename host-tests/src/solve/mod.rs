@@ -11,6 +11,7 @@
 mod coupled;
 pub mod field;
 mod fusion;
+mod glmb;
 mod imm;
 mod jpda;
 mod kf;
@@ -54,6 +55,7 @@ static KINDS: &[Kind] = &[
     fusion::KIND,
     coupled::ONE_SCAN,
     coupled::CYCLE,
+    glmb::KIND,
 ];
 
 /// The command `solve`.
