@@ -18,13 +18,13 @@ cd "$root"
 
 readonly steps=(setup fmt clippy test doc thumb qemu symbols budget)
 readonly target=thumbv7em-none-eabihf
-readonly images=(budget demo fusion kernels selftest)
+readonly images=(budget coupled demo fusion kernels selftest)
 readonly image_dir=firmware-example/target/$target/release
 
 # Panic symbols an image may contain, and why.
 panics_allowed() {
     case $1 in
-        budget | fusion | kernels) echo 0 ;; # print nothing
+        budget | coupled | fusion | kernels) echo 0 ;; # print nothing
         demo) echo 3 ;;     # defmt-semihosting: "taken reentrantly" and alike; the next line's two
         selftest) echo 3 ;; # cortex-m-semihosting: RefCell around its output handles; bounds checks that the
                             # optimiser leaves in loops over nine states, which cannot fail

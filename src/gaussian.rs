@@ -267,11 +267,10 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
             out.mean += g.mean * weight;
         }
         for (weight, g) in components {
-            let d = g.mean - out.mean;
-            let p = out.cov.upper_mut();
-            for i in 0..NX {
-                for j in i..NX {
-                    p[i][j] += weight * (g.cov.upper()[i][j] + d.data.0[0][i] * d.data.0[0][j]);
+            let d = (g.mean - out.mean).data.0[0];
+            for (i, (row, own)) in out.cov.upper_mut().iter_mut().zip(g.cov.upper()).enumerate() {
+                for ((p, own), other) in row.iter_mut().zip(own).zip(&d).skip(i) {
+                    *p += weight * (*own + d[i] * *other);
                 }
             }
         }

@@ -6,6 +6,7 @@
 
 #![no_std]
 
+pub mod coupled;
 #[rustfmt::skip]
 pub mod data;
 pub mod fusion;
@@ -16,6 +17,7 @@ pub mod pieces;
 pub mod radar;
 pub mod workloads;
 
+use boresight::coupled::NoCross;
 use boresight::gaussian::Gaussian;
 
 /// What a value is.
@@ -70,11 +72,37 @@ impl From<boresight::error::ScanError> for Fault {
     }
 }
 
+/// What all trackers remember.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    joint: radar::State,
+    single: radar::SingleState,
+    coupled: coupled::Memory,
+    apart: coupled::Memory<NoCross>,
+    pairs: coupled::Tracks,
+}
+
+impl Memory {
+    /// All zero bits.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            joint: radar::State::new(),
+            single: radar::SingleState::new(),
+            coupled: coupled::Memory::new(),
+            apart: coupled::Memory::new(),
+            pairs: coupled::Tracks::new(),
+        }
+    }
+}
+
 /// Everything, in the order of [`data::EXPECTED`].
 ///
 /// # Errors
 /// Where a configuration here is wrong.
-pub fn run<S: Sink>(sink: &mut S, state: &mut radar::State, single: &mut radar::SingleState) -> Result<(), Fault> {
-    radar::run(sink, state, single)?;
-    kernels::run(sink)
+pub fn run<S: Sink>(sink: &mut S, memory: &mut Memory) -> Result<(), Fault> {
+    let Memory { joint, single, coupled, apart, pairs } = memory;
+    radar::run(sink, joint, single)?;
+    kernels::run(sink)?;
+    coupled::run(sink, coupled, apart, pairs)
 }
