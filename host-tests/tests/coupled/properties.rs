@@ -75,6 +75,22 @@ fn covariances_stay_definite_in_single_precision() {
     }
 }
 
+/// Noise a million times below what is predicted leaves a covariance that is definite but for rounding, and no larger than before.
+#[test]
+fn sharp_noise_leaves_a_covariance() {
+    for seed in 0..2000 {
+        let mut scene = scene(seed, true);
+        (scene.noise, scene.merged_noise) = (scene.noise * 1e-7, scene.merged_noise * 1e-7);
+        for (_, noise) in &mut scene.detections {
+            *noise = noise.map(|noise| noise * 1e-7);
+        }
+        let cov = scene.solve::<f32>().cov;
+        let scale = SMatrix::from_diagonal(&cov.diagonal().map(|v| 1.0 / v.sqrt()));
+        let least = (scale * cov * scale).symmetric_eigenvalues().min();
+        assert!(least > -1e-3, "{seed}: {least}");
+    }
+}
+
 type Modes = (ConstantVelocity<f64, 1, 3>, ConstantAcceleration<f64, 1>);
 const JUMP: [[f64; 2]; 2] = [[0.9, 0.1], [0.3, 0.7]];
 

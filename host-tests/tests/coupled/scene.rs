@@ -141,7 +141,7 @@ impl Scene {
         let odds = Odds { p_detect: self.p_detect.map(T::lit), p_gate: T::lit(self.p_gate), ln_pair: T::lit(self.ln_pair) };
         let (innovation, mut sums) = (targets.innovation(&model), Sums::new());
         let resolution = self.unresolving.then(|| self.resolution());
-        innovation.hypotheses(&model, &[model.noise; 2], resolution.as_ref(), &odds, &detections, &candidates, |h| sums.take(h));
+        innovation.hypotheses(&model, resolution.as_ref(), &odds, &detections, &candidates, |h| sums.take(h));
         let ((seen, unresolved), ln_evidence) = (sums.probabilities(), sums.ln_evidence());
         let (w, e) = sums.correction();
         assert!(targets.correct(&innovation, &w, &e), "refused: {self:?}");
