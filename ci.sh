@@ -18,7 +18,7 @@ cd "$root"
 
 readonly steps=(setup fmt clippy test doc thumb qemu symbols budget)
 readonly target=thumbv7em-none-eabihf
-readonly images=(budget demo fusion glmb kernels selftest)
+readonly images=(budget coupled demo fusion glmb kernels selftest)
 readonly image_dir=firmware-example/target/$target
 
 # Panic symbols that an image of a profile may contain, and why.

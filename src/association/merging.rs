@@ -113,10 +113,11 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize, const 
             let odds = (pair.alone / miss(weights, first)) * (miss(other, second) / miss(weights, second)) / pair.resolved;
             other.copy_from(weights);
             clear(other, second);
+            clear(other, first);
             if let Some((miss, hit)) = other.row_mut(usize::from(first)) {
                 *miss = pair.miss;
                 for (h, g) in hit.iter_mut().zip(&pair.hit) {
-                    *h = *g;
+                    *h += *g;
                 }
             }
             completeness.join(self.0.associate(other, jpda));

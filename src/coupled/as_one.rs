@@ -11,7 +11,7 @@
 
 use super::blocks::{self, Blocks};
 use super::hypotheses::{Density, Event, Hypothesis, Odds, density_of, density_of_pair};
-use crate::gaussian::{ResidualDensity, dot};
+use crate::gaussian::{ResidualDensity, blunted, dot};
 use crate::model::MeasurementModel;
 use crate::model::resolution::Resolution;
 use crate::scalar::{Real, exp, larger, ln};
@@ -55,7 +55,7 @@ impl<T: Real, const NZ: usize> AsOne<T, NZ> {
         let spread = spread.combined([[share, T::ONE - share], [T::ONE, -T::ONE]]);
         let apart = model.difference(&z_hat[0], &z_hat[1]);
         let distance = apart.data.0[0].map(|v| -v);
-        let noise = resolution.noise.as_ref().unwrap_or(noise);
+        let noise = blunted(resolution.noise.as_ref().unwrap_or(noise), &spread.own[0]);
         let together = density_of(&spread.own[1].plus(&cells));
         let ln_unresolved = ln_volume + together.ln_peak - T::lit(0.5) * dot(&distance, &together.inverse.times(&distance));
         let p_detect = resolution.p_detect.unwrap_or(larger(odds.p_detect[0], odds.p_detect[1]));
@@ -69,7 +69,7 @@ impl<T: Real, const NZ: usize> AsOne<T, NZ> {
             // From the second on, not the sum of both: angles may be a whole turn apart.
             z_hat: z_hat[1] + apart * share,
             distance,
-            density: density_of_pair(&Blocks { own: [spread.own[0].plus(noise), spread.own[1].plus(&cells)], ..spread }),
+            density: density_of_pair(&Blocks { own: [spread.own[0].plus(&noise), spread.own[1].plus(&cells)], ..spread }),
             spread,
             cells,
             together,
@@ -98,7 +98,7 @@ impl<T: Real, const NZ: usize> AsOne<T, NZ> {
         let density = match &detection.noise {
             None => self.density,
             Some(noise) => {
-                let own = [self.spread.own[0].plus(noise), self.spread.own[1].plus(&self.cells)];
+                let own = [self.spread.own[0].plus(&blunted(noise, &self.spread.own[0])), self.spread.own[1].plus(&self.cells)];
                 density_of_pair(&Blocks { own, ..self.spread })
             }
         };

@@ -24,7 +24,7 @@
 use super::as_one::AsOne;
 use super::blocks::{self, Blocks, Pair};
 use super::gaussian::CoupledInnovation;
-use crate::gaussian::{ResidualDensity, unit_peak};
+use crate::gaussian::{ResidualDensity, blunted, unit_peak};
 use crate::model::MeasurementModel;
 use crate::model::resolution::Resolution;
 use crate::scalar::{Real, ln};
@@ -91,12 +91,11 @@ pub(super) struct Density<M, T> {
 }
 
 impl<T: Real, const NX: usize, const NZ: usize> CoupledInnovation<T, NX, NZ> {
-    /// Calls `visit` with every hypothesis on the `candidates`. `noise` is R at either target.
+    /// Calls `visit` with every hypothesis on the `candidates`.
     #[inline(always)]
     pub fn hypotheses<M: MeasurementModel<T, NX, NZ>>(
         &self,
         model: &M,
-        noise: &[Symmetric<T, NZ>; 2],
         resolution: Option<&Resolution<T, NZ>>,
         odds: &Odds<T>,
         detections: &[Detection<T, NZ>],
@@ -105,7 +104,7 @@ impl<T: Real, const NX: usize, const NZ: usize> CoupledInnovation<T, NX, NZ> {
     ) {
         let detected = odds.p_detect.map(ln);
         let missed = odds.p_detect.map(|p| ln(T::ONE - p * odds.p_gate));
-        let as_one = resolution.map(|resolution| AsOne::new(model, &self.z_hat, &self.spread, &noise[0], resolution, odds));
+        let as_one = resolution.map(|resolution| AsOne::new(model, &self.z_hat, &self.spread, &self.noise[0], resolution, odds));
         let ln_resolved = as_one.as_ref().map_or(T::ZERO, |one| one.ln_resolved);
         let nothing = Hypothesis { event: Event::Nothing, ln_weight: T::ZERO, w: [[T::ZERO; NZ]; 2], e: Blocks::zeros() };
         visit(&Hypothesis { ln_weight: ln_resolved + missed[0] + missed[1], ..nothing });
@@ -121,7 +120,7 @@ impl<T: Real, const NX: usize, const NZ: usize> CoupledInnovation<T, NX, NZ> {
                 if !candidate.gated[r] {
                     continue;
                 }
-                let density = own.map_or(plain[r], |noise| density_of(&self.spread.own[r].plus(noise)));
+                let density = own.map_or(plain[r], |noise| density_of(&self.spread.own[r].plus(&blunted(noise, &self.spread.own[r]))));
                 let nu = model.residual(&detection.z, &self.z_hat[r]).data.0[0];
                 let (mut w, mut e) = (nothing.w, nothing.e);
                 (w[r], e.own[r]) = (density.inverse.times(&nu), density.inverse);
@@ -139,12 +138,16 @@ impl<T: Real, const NX: usize, const NZ: usize> CoupledInnovation<T, NX, NZ> {
             }
             for (j, other) in candidates.iter().enumerate().filter(|(j, other)| *j != i && other.gated[1]) {
                 let Some(second) = detections.get(usize::from(other.number)) else { continue };
-                let of_pair = |a: &Symmetric<T, NZ>, b: &Symmetric<T, NZ>| {
-                    density_of_pair(&Blocks { own: [self.spread.own[0].plus(a), self.spread.own[1].plus(b)], ..self.spread })
+                let of_pair = |noise: [Option<&Symmetric<T, NZ>>; 2]| {
+                    let noisy = |r: usize| {
+                        let spread = &self.spread.own[r];
+                        noise[r].map_or(spread.plus(&self.noise[r]), |noise| spread.plus(&blunted(noise, spread)))
+                    };
+                    density_of_pair(&Blocks { own: [noisy(0), noisy(1)], ..self.spread })
                 };
                 let density = match (own, second.noise.as_ref()) {
-                    (None, None) => *plain_pair.get_or_insert_with(|| of_pair(&noise[0], &noise[1])),
-                    (a, b) => of_pair(a.unwrap_or(&noise[0]), b.unwrap_or(&noise[1])),
+                    (None, None) => *plain_pair.get_or_insert_with(|| of_pair([None, None])),
+                    (a, b) => of_pair([a, b]),
                 };
                 let nu = [model.residual(&detection.z, &self.z_hat[0]).data.0[0], model.residual(&second.z, &self.z_hat[1]).data.0[0]];
                 let w = density.inverse.times(&nu);

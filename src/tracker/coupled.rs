@@ -254,10 +254,10 @@ where
             widest.offer(&innovation.z_hat[r], &innovation.density[r]);
         }
         if let Some(resolution) = sensor.resolution() {
-            let noise = model.noise(&pair.targets[0].mean);
+            let noise = &innovation.noise[0];
             let odds = Odds { p_detect: [T::ONE; 2], p_gate: T::ONE, ln_pair: T::ZERO };
-            let as_one = AsOne::new(model, &innovation.z_hat, &innovation.spread, &noise, resolution, &odds);
-            let (z_hat, density) = as_one.predicted(resolution.noise.as_ref().unwrap_or(&noise));
+            let as_one = AsOne::new(model, &innovation.z_hat, &innovation.spread, noise, resolution, &odds);
+            let (z_hat, density) = as_one.predicted(resolution.noise.as_ref().unwrap_or(noise));
             widest[2].offer(&z_hat, &density);
         }
     }
@@ -312,10 +312,9 @@ where
             let pair = &mut bank.pairs[i][j];
             let innovation: CoupledInnovation<T, NX, NZ> = pair.innovation(model);
             let means = pair.targets.each_ref().map(|target| &target.mean);
-            let noise = means.map(|x| model.noise(x));
             let odds = Odds { p_detect: means.map(|x| sensor.p_detect(x)), p_gate: sensor.gate().p_gate(), ln_pair };
             let mut sums = Sums::new();
-            innovation.hypotheses(model, &noise, sensor.resolution(), &odds, detections, candidates, |h| sums.take(h));
+            innovation.hypotheses(model, sensor.resolution(), &odds, detections, candidates, |h| sums.take(h));
             ln_evidence[i][j] = sums.ln_evidence();
             found[i][j] = sums.probabilities();
             let (w, e) = sums.correction();

@@ -8,8 +8,7 @@
 
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
-use twin::radar::Memory;
-use twin::{Label, Sink, data::EXPECTED};
+use twin::{Label, Memory, Sink, data::EXPECTED};
 
 /// Compares values in order and keeps the first that differs.
 #[derive(Default)]

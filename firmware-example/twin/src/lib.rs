@@ -6,6 +6,7 @@
 
 #![no_std]
 
+pub mod coupled;
 #[rustfmt::skip]
 pub mod data;
 pub mod fusion;
@@ -17,6 +18,7 @@ pub mod pieces;
 pub mod radar;
 pub mod workloads;
 
+use boresight::coupled::NoCross;
 use boresight::gaussian::Gaussian;
 
 /// What a value is.
@@ -87,11 +89,30 @@ impl From<boresight::fusion::MessageError> for Fault {
     }
 }
 
+/// What all trackers remember.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    radar: radar::Memory,
+    coupled: coupled::Memory,
+    apart: coupled::Memory<NoCross>,
+    pairs: coupled::Tracks,
+}
+
+impl Memory {
+    /// All zero bits.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { radar: radar::Memory::new(), coupled: coupled::Memory::new(), apart: coupled::Memory::new(), pairs: coupled::Tracks::new() }
+    }
+}
+
 /// Everything, in the order of [`data::EXPECTED`].
 ///
 /// # Errors
 /// Where a configuration here is wrong.
-pub fn run<S: Sink>(sink: &mut S, memory: &mut radar::Memory) -> Result<(), Fault> {
-    radar::run(sink, memory)?;
-    kernels::run(sink)
+pub fn run<S: Sink>(sink: &mut S, memory: &mut Memory) -> Result<(), Fault> {
+    let Memory { radar, coupled, apart, pairs } = memory;
+    radar::run(sink, radar)?;
+    kernels::run(sink)?;
+    coupled::run(sink, coupled, apart, pairs)
 }

@@ -164,8 +164,7 @@ impl<T: Scalar, const N: usize, const M: usize> Seen<'_, '_, T, N, M> {
         let resolution = resolution.map_err(|error| self.case.failure(error))?;
         let odds = Odds { p_detect: [self.case.get("Pd")?.number()?; 2], p_gate: T::ONE, ln_pair: scan.ln_pair };
         let mut sums = Sums::new();
-        let noise = [self.model.noise; 2];
-        innovation.hypotheses(&self.model, &noise, Some(&resolution), &odds, &scan.detections, &scan.candidates, |hypothesis| {
+        innovation.hypotheses(&self.model, Some(&resolution), &odds, &scan.detections, &scan.candidates, |hypothesis| {
             sums.take(hypothesis);
             visit(hypothesis.event, hypothesis.ln_weight);
         });
@@ -197,7 +196,7 @@ fn linearised<T: Scalar, const N: usize, const M: usize>(
     let own = [Symmetric::from_matrix(&(h[0] * gain[0][0])), Symmetric::from_matrix(&(h[1] * gain[1][1]))];
     let density = own.map(|own: Symmetric<T, M>| ResidualDensity::new(&own.plus(noise)));
     let spread = Blocks { own, cross: std::array::from_fn(|k| std::array::from_fn(|l| cross[(k, l)])) };
-    CoupledInnovation { z_hat, gain, spread, density }
+    CoupledInnovation { z_hat, gain, spread, noise: [*noise; 2], density }
 }
 
 /// The vector and the matrix of both targets.
