@@ -2,13 +2,14 @@
 # Every check of the project, for people and for CI.
 #
 #   ./ci.sh                all steps, in this order:
-#   ./ci.sh setup          the microcontroller target, QEMU and ARM binutils
+#   ./ci.sh setup          the microcontroller target, QEMU, ARM compiler and binutils
 #   ./ci.sh fmt            formatting
 #   ./ci.sh clippy         lints, host and microcontroller
 #   ./ci.sh test           unit, integration and documentation tests on the host
 #   ./ci.sh doc            documentation without warnings
 #   ./ci.sh thumb          library and firmware images for the microcontroller, with their sizes
 #   ./ci.sh qemu           run the images in QEMU
+#   ./ci.sh capi           the C library: tests, its header, the example in C in QEMU and under the host's sanitizers
 #   ./ci.sh symbols        no allocator, no soft double, no new panic path in the images
 #   ./ci.sh budget         instructions, stack, flash and RAM against those published in firmware-example/README.md
 # Several steps may be named: ./ci.sh fmt clippy
@@ -16,7 +17,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 cd "$root"
 
-readonly steps=(setup fmt clippy test doc thumb qemu symbols budget)
+readonly steps=(setup fmt clippy test doc thumb qemu capi symbols budget)
 readonly target=thumbv7em-none-eabihf
 readonly images=(budget demo fusion kernels selftest)
 readonly image_dir=firmware-example/target/$target/release
@@ -24,7 +25,7 @@ readonly image_dir=firmware-example/target/$target/release
 # Panic symbols an image may contain, and why.
 panics_allowed() {
     case $1 in
-        budget | fusion | kernels) echo 0 ;; # print nothing
+        budget | capi | fusion | kernels) echo 0 ;; # print nothing by Rust
         demo) echo 3 ;;     # defmt-semihosting: "taken reentrantly" and alike; the next line's two
         selftest) echo 3 ;; # cortex-m-semihosting: RefCell around its output handles; bounds checks that the
                             # optimiser leaves in loops over nine states, which cannot fail
@@ -120,15 +121,19 @@ step_setup() {
     fi
     have qemu-system-arm || apt_install qemu-system-arm || true
     have arm-none-eabi-nm || apt_install binutils-arm-none-eabi || true
-    have cc || apt_install gcc libc6-dev || true # the counter's disassembler is C
+    have arm-none-eabi-gcc || apt_install gcc-arm-none-eabi || true
+    have cc || apt_install gcc libc6-dev || true # the counter's disassembler is C, and so is an example
+    have make || apt_install make || true
     have qemu-system-arm || echo "MISSING: qemu-system-arm; steps qemu and budget will fail"
     have arm-none-eabi-nm || echo "MISSING: ARM binutils; steps thumb and symbols will fail"
+    have arm-none-eabi-gcc || echo "MISSING: arm-none-eabi-gcc; steps capi and symbols will fail"
 }
 
 # --- checks --------------------------------------------------------------------------------
 
-# Both are workspaces of their own; cargo reads `.cargo/config.toml` of the current directory.
+# All are workspaces of their own; cargo reads `.cargo/config.toml` of the current directory.
 in_firmware() { (cd firmware-example && "$@"); }
+in_capi() { (cd capi && "$@"); }
 in_runner() { (cd firmware-example/runner && "$@"); }
 # From the root, no configuration makes the microcontroller the target.
 for_counter() { cargo "$1" --manifest-path firmware-example/counter/Cargo.toml "${@:2}"; }
@@ -136,6 +141,7 @@ for_counter() { cargo "$1" --manifest-path firmware-example/counter/Cargo.toml "
 step_fmt() {
     cargo fmt --all --check
     in_firmware cargo fmt --check
+    in_capi cargo fmt --all --check
     in_runner cargo fmt --check
     for_counter fmt --check
 }
@@ -166,14 +172,24 @@ step_qemu() {
     for image in "${images[@]}"; do in_firmware cargo run --release --bin "$image"; done
 }
 
+step_capi() {
+    in_capi cargo clippy --all-targets -- -D warnings
+    in_capi cargo test
+    in_capi cargo run -p headers -- --check
+    in_capi cargo build --release --lib
+    RUSTFLAGS="-C target-cpu=cortex-m4" in_capi cargo build --release --lib --target $target
+    make -C capi/example run
+}
+
 step_symbols() {
     # What brings allocation, double arithmetic in software, or a panic; on demangled names.
     local allocator='__rust_(alloc|dealloc|realloc)|__r(g|dl)_|^(m|c|re)alloc$|^free$|^<?alloc::'
     local double='__aeabi_(c?d[a-z0-9]+|[a-z]+2d)$|__[a-z]+df([23]|[sd]i|sf2)?$'
     local panic='^core::.*(panic|_fail)'
     local image elf symbols calls pattern name row failed=0
-    for image in "${images[@]}"; do
+    for image in "${images[@]}" capi; do
         elf=$image_dir/$image
+        [ "$image" != capi ] || elf=capi/example/build/track.elf
         # core::panic only describes a panic, it does not raise one.
         symbols=$(arm-none-eabi-nm -C --defined-only "$elf" | cut -d' ' -f3- |
             grep -v '^core::panic::' | sort -u)

@@ -80,6 +80,7 @@
 //! | [`evidence`] | what a scan says of one track: gate, score, absorb |
 //! | [`track`], [`initiation`] | identity, confirmation, deletion; starting tracks from plots |
 //! | [`tracker`] | complete trackers, each with its equations, its memory and its `step` |
+//! | [`plots`], [`ready`] | a scan gathered plot by plot; trackers of chosen sizes whose configuration is a flat structure |
 //! | [`fusion`] | tracks of several trackers: registered, associated, fused; messages between nodes |
 //!
 //! # What it promises
@@ -109,6 +110,8 @@ pub mod gaussian;
 pub mod initiation;
 pub mod mode;
 pub mod model;
+pub mod plots;
+pub mod ready;
 pub mod scalar;
 pub mod scan;
 pub mod sensor;

@@ -106,6 +106,16 @@ impl<'a, T: Real, const NZ: usize> Scan<'a, T, NZ> {
     }
 }
 
+/// Whether `a` gives way to `b`: by amplitude, none being the weakest.
+#[inline(always)]
+pub(crate) fn weaker<T: Real, const NZ: usize>(a: &Detection<T, NZ>, b: &Detection<T, NZ>) -> bool {
+    match (a.amplitude, b.amplitude) {
+        (Some(a), Some(b)) => a < b,
+        (None, Some(_)) => true,
+        (_, None) => false,
+    }
+}
+
 /// The detections of a scan that a tracker with room for `DETS` takes: all, or the strongest, or the first.
 #[derive(Clone, Debug)]
 pub(crate) struct Selection<const DETS: usize> {
@@ -119,11 +129,6 @@ impl<const DETS: usize> Selection<DETS> {
     #[inline]
     pub fn new<T: Real, const NZ: usize>(detections: &[Detection<T, NZ>]) -> Self {
         let mut indices = heapless::Vec::<u16, DETS>::new();
-        let weaker = |a: &Detection<T, NZ>, b: &Detection<T, NZ>| match (a.amplitude, b.amplitude) {
-            (Some(a), Some(b)) => a < b,
-            (None, Some(_)) => true,
-            (_, None) => false,
-        };
         for (i, d) in detections.iter().enumerate().take(usize::from(u16::MAX)) {
             if indices.push(i as u16).is_ok() {
                 continue;

@@ -88,6 +88,7 @@ impl<T: Real, X: Scratch, const NX: usize, const MODES: usize, const TRACKS: usi
     for State<T, NX, MODES, TRACKS, DETS, X>
 {
     fn default() -> Self {
-        Self::new()
+        // As a constant: made at run time, its parts would pass through the stack.
+        const { Self::new() }
     }
 }
