@@ -81,6 +81,7 @@
 //! | [`track`], [`initiation`] | identity, confirmation, deletion; starting tracks from plots |
 //! | [`tracker`] | complete trackers, each with its equations, its memory and its `step` |
 //! | [`plots`], [`ready`] | a scan gathered plot by plot; trackers of chosen sizes whose configuration is a flat structure |
+//! | [`log`] | scans and tracks recorded in bytes, to be replayed on a desk |
 //! | [`fusion`] | tracks of several trackers: registered, associated, fused; messages between nodes |
 //!
 //! # What it promises
@@ -103,11 +104,13 @@
 mod unrolled;
 
 pub mod association;
+mod bytes;
 pub mod error;
 pub mod evidence;
 pub mod fusion;
 pub mod gaussian;
 pub mod initiation;
+pub mod log;
 pub mod mode;
 pub mod model;
 pub mod plots;

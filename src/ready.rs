@@ -37,6 +37,11 @@ pub const NODES: usize = 128;
 /// How many numbers [`Parameters`] has
 pub const WORDS: usize = 41;
 
+/// How a log names the trackers of targets that turn
+pub const TURNING: [u8; 4] = *b"turn";
+/// How a log names the trackers of targets that accelerate
+pub const ACCELERATING: [u8; 4] = *b"accl";
+
 /// Straight flight, and turns to the left and to the right.
 pub type Turning<T> = (ConstantVelocity<T, 2>, KnownTurn<T, 2>, KnownTurn<T, 2>);
 /// Straight flight, and accelerations in any direction.

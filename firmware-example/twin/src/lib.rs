@@ -14,6 +14,7 @@ pub mod load;
 pub mod loaded;
 pub mod pieces;
 pub mod radar;
+pub mod record;
 pub mod workloads;
 
 use boresight::gaussian::Gaussian;
@@ -56,6 +57,14 @@ pub enum Fault {
     Config(boresight::error::ConfigError),
     /// A scan was refused.
     Scan(boresight::error::ScanError),
+    /// A log could not be written.
+    Log(boresight::log::LogError),
+}
+
+impl From<boresight::log::LogError> for Fault {
+    fn from(error: boresight::log::LogError) -> Self {
+        Self::Log(error)
+    }
 }
 
 impl From<boresight::error::ConfigError> for Fault {
