@@ -28,6 +28,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// How tracks are started from detections that no track claims.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Initiation<T, const NX: usize> {
     pub(crate) prior: Gaussian<T, NX>,
     pub(crate) rule: Rule<T>,

@@ -81,6 +81,8 @@
 //! | [`track`], [`initiation`] | identity, confirmation, deletion; starting tracks from plots |
 //! | [`tracker`] | complete trackers, each with its equations, its memory and its `step` |
 //! | [`plots`], [`ready`] | a scan gathered plot by plot; trackers of chosen sizes whose configuration is a flat structure |
+//! | [`telemetry`] | one record a scan: tracks, report, cost |
+//! | `link` | a sensor that sends its detections over SPI (feature `link`) |
 //! | [`log`] | scans and tracks recorded in bytes, to be replayed on a desk |
 //! | [`fusion`] | tracks of several trackers: registered, associated, fused; messages between nodes |
 //!
@@ -110,6 +112,8 @@ pub mod evidence;
 pub mod fusion;
 pub mod gaussian;
 pub mod initiation;
+#[cfg(feature = "link")]
+pub mod link;
 pub mod log;
 pub mod mode;
 pub mod model;
@@ -119,6 +123,7 @@ pub mod scalar;
 pub mod scan;
 pub mod sensor;
 pub mod symmetric;
+pub mod telemetry;
 pub mod time;
 pub mod track;
 pub mod tracker;

@@ -77,8 +77,17 @@ impl<T: Real, const NZ: usize> Detection<T, NZ> {
     }
 }
 
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format, const NZ: usize> defmt::Format for Detection<T, NZ> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        let Self { z, noise, amplitude, offset } = self;
+        defmt::write!(f, "Detection {{ z: {}, noise: {}, amplitude: {}, offset: {} }}", z.data.0[0], noise, amplitude, offset);
+    }
+}
+
 /// What one sensor saw at one time. An empty scan says that it looked and saw nothing.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scan<'a, T, const NZ: usize> {
     /// When
     pub time: Instant,
@@ -158,6 +167,7 @@ impl<const DETS: usize> Selection<DETS> {
 
 /// What is known of one target.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Estimate<T, const NX: usize> {
     /// Which track
     pub id: TrackId,

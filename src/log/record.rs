@@ -130,6 +130,7 @@ impl<const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, 
 
 /// A track as a log tells of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Seen<const NX: usize, const MODES: usize> {
     /// Number of its identity
     pub id: u32,

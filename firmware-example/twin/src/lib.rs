@@ -15,6 +15,7 @@ pub mod loaded;
 pub mod pieces;
 pub mod radar;
 pub mod record;
+pub mod simulated;
 pub mod workloads;
 
 use boresight::gaussian::Gaussian;
