@@ -150,10 +150,16 @@ step_clippy() {
     cargo clippy --workspace --all-targets -- -D warnings
     # Separate calls: in one, the features of all packages would unify.
     cargo clippy -p boresight --lib --target $target -- -D warnings
-    cargo clippy -p boresight --lib --target $target --features defmt -- -D warnings
+    cargo clippy -p boresight --lib --target $target --features defmt,link -- -D warnings
     in_firmware cargo clippy --release --lib --bins -- -D warnings
     in_runner cargo clippy --target "$(host)" -- -D warnings
     for_counter clippy --release --all-targets -- -D warnings
+}
+
+# The program that the tests have been built with: `cargo run` would build its dependencies anew, with other features.
+host_tests() {
+    cargo test --release --workspace --features host-tests/count --no-run
+    target/release/host-tests "$@"
 }
 
 step_test() { cargo test --release --workspace --features host-tests/count; }
@@ -162,7 +168,7 @@ step_doc() { RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace; }
 
 step_thumb() {
     cargo build --release -p boresight --lib --target $target
-    cargo build --release -p boresight --lib --target $target --features defmt
+    cargo build --release -p boresight --lib --target $target --features defmt,link
     in_firmware cargo build --release --bins
     (cd $image_dir && arm-none-eabi-size "${images[@]}")
 }
@@ -170,6 +176,10 @@ step_thumb() {
 step_qemu() {
     local image
     for image in "${images[@]}"; do in_firmware cargo run --release --bin "$image"; done
+    # What the target has recorded, the desk must do again to the same bits.
+    mkdir -p target
+    in_firmware cargo run --release --bin record >target/record.log
+    host_tests replay-log target/record.log
 }
 
 step_capi() {
@@ -210,9 +220,7 @@ step_symbols() {
 
 step_budget() {
     for_counter test --release
-    # The program that the tests have been built with: `cargo run` would build its dependencies anew, with other features.
-    cargo test --release --workspace --features host-tests/count --no-run
-    target/release/host-tests budget --check
+    host_tests budget --check
 }
 
 # --- run -----------------------------------------------------------------------------------

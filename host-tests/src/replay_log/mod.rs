@@ -9,7 +9,7 @@
 //! Single precision must give the same bits: scan by scan, track by track, field by field. A log that is damaged is bad input
 //! (exit status 2), one that this library does not reproduce a failed check (1).
 
-mod desk;
+pub(crate) mod desk;
 mod divergence;
 mod shadow;
 
