@@ -1,6 +1,6 @@
 //! Logs written by the library, replayed: to the same bits, with a planted divergence, and damaged in every byte.
 
-use boresight::log::{Header, LogError, Record, Recorder};
+use boresight::log::{Header, LogError, Record, Recorder, Seen};
 use boresight::plots::Plots;
 use boresight::ready::{DETS, MODES, Parameters, Sensor, State, TRACKS, TURNING, WORDS};
 use boresight::scan::{Detection, Scan};
@@ -77,7 +77,10 @@ fn a_planted_divergence_is_found_at_its_scan_track_and_field() {
     assert_eq!((found.scan, found.track, found.field.as_str()), (5, None, "detections that wait for a partner"));
     // The range of a target's detection in scan 33, one unit in the last place off: the track that it updates is the first to tell.
     let before = at(32);
-    let near = |d: &Detection<f32, 2>| before.tracks.iter().any(|t| (t.mean[0].hypot(t.mean[3]) - d.z[0]).abs() < 400.0);
+    let of = |t: &Seen<6, MODES>, d: &Detection<f32, 2>| {
+        (t.mean[0].hypot(t.mean[3]) - d.z[0]).abs() < 300.0 && (t.mean[3].atan2(t.mean[0]) - d.z[1]).abs() < 0.05
+    };
+    let near = |d: &Detection<f32, 2>| before.tracks.iter().any(|t| of(t, d));
     let detection = at(33).plots.as_slice().iter().position(near).unwrap();
     let found = replay(&planted(&log, 33, 28 + 9 * detection + 1)).unwrap().1.unwrap();
     assert!(found.scan == 33 && found.track.is_some(), "{found}");
