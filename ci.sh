@@ -2,13 +2,14 @@
 # Every check of the project, for people and for CI.
 #
 #   ./ci.sh                all steps, in this order:
-#   ./ci.sh setup          the microcontroller target, QEMU and ARM binutils
+#   ./ci.sh setup          the microcontroller target, QEMU, ARM compiler and binutils
 #   ./ci.sh fmt            formatting
 #   ./ci.sh clippy         lints, host and microcontroller
 #   ./ci.sh test           unit, integration and documentation tests on the host
 #   ./ci.sh doc            documentation without warnings
 #   ./ci.sh thumb          library and firmware images for the microcontroller, with their sizes
 #   ./ci.sh qemu           run the images in QEMU
+#   ./ci.sh capi           the C library: tests, its header, the example in C in QEMU and under the host's sanitizers
 #   ./ci.sh symbols        no allocator, no soft double, no new panic path in the images, built for speed and for size
 #   ./ci.sh budget         instructions, stack, flash and RAM against those published in firmware-example/README.md
 # Several steps may be named: ./ci.sh fmt clippy
@@ -16,7 +17,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 cd "$root"
 
-readonly steps=(setup fmt clippy test doc thumb qemu symbols budget)
+readonly steps=(setup fmt clippy test doc thumb qemu capi symbols budget)
 readonly target=thumbv7em-none-eabihf
 readonly images=(budget coupled demo fusion glmb kernels selftest)
 readonly image_dir=firmware-example/target/$target
@@ -120,15 +121,19 @@ step_setup() {
     fi
     have qemu-system-arm || apt_install qemu-system-arm || true
     have arm-none-eabi-nm || apt_install binutils-arm-none-eabi || true
-    have cc || apt_install gcc libc6-dev || true # the counter's disassembler is C
+    have arm-none-eabi-gcc || apt_install gcc-arm-none-eabi || true
+    have cc || apt_install gcc libc6-dev || true # the counter's disassembler is C, and so is an example
+    have make || apt_install make || true
     have qemu-system-arm || echo "MISSING: qemu-system-arm; steps qemu and budget will fail"
     have arm-none-eabi-nm || echo "MISSING: ARM binutils; steps thumb and symbols will fail"
+    have arm-none-eabi-gcc || echo "MISSING: arm-none-eabi-gcc; steps capi and symbols will fail"
 }
 
 # --- checks --------------------------------------------------------------------------------
 
-# Both are workspaces of their own; cargo reads `.cargo/config.toml` of the current directory.
+# All are workspaces of their own; cargo reads `.cargo/config.toml` of the current directory.
 in_firmware() { (cd firmware-example && "$@"); }
+in_capi() { (cd capi && "$@"); }
 in_runner() { (cd firmware-example/runner && "$@"); }
 # From the root, no configuration makes the microcontroller the target.
 for_counter() { cargo "$1" --manifest-path firmware-example/counter/Cargo.toml "${@:2}"; }
@@ -136,6 +141,7 @@ for_counter() { cargo "$1" --manifest-path firmware-example/counter/Cargo.toml "
 step_fmt() {
     cargo fmt --all --check
     in_firmware cargo fmt --check
+    in_capi cargo fmt --all --check
     in_runner cargo fmt --check
     for_counter fmt --check
 }
@@ -144,10 +150,16 @@ step_clippy() {
     cargo clippy --workspace --all-targets -- -D warnings
     # Separate calls: in one, the features of all packages would unify.
     cargo clippy -p boresight --lib --target $target -- -D warnings
-    cargo clippy -p boresight --lib --target $target --features defmt -- -D warnings
+    cargo clippy -p boresight --lib --target $target --features defmt,link -- -D warnings
     in_firmware cargo clippy --release --lib --bins -- -D warnings
     in_runner cargo clippy --target "$(host)" -- -D warnings
     for_counter clippy --release --all-targets -- -D warnings
+}
+
+# The program that the tests have been built with: `cargo run` would build its dependencies anew, with other features.
+host_tests() {
+    cargo test --release --workspace --features host-tests/count --no-run
+    target/release/host-tests "$@"
 }
 
 step_test() { cargo test --release --workspace --features host-tests/count; }
@@ -156,7 +168,7 @@ step_doc() { RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace; }
 
 step_thumb() {
     cargo build --release -p boresight --lib --target $target
-    cargo build --release -p boresight --lib --target $target --features defmt
+    cargo build --release -p boresight --lib --target $target --features defmt,link
     in_firmware cargo build --release --bins
     (cd $image_dir/release && arm-none-eabi-size "${images[@]}")
 }
@@ -164,6 +176,19 @@ step_thumb() {
 step_qemu() {
     local image
     for image in "${images[@]}"; do in_firmware cargo run --release --bin "$image"; done
+    # What the target has recorded, the desk must do again to the same bits.
+    mkdir -p target
+    in_firmware cargo run --release --bin record >target/record.log
+    host_tests replay-log target/record.log
+}
+
+step_capi() {
+    in_capi cargo clippy --all-targets -- -D warnings
+    in_capi cargo test
+    in_capi cargo run -p headers -- --check
+    in_capi cargo build --release --lib
+    RUSTFLAGS="-C target-cpu=cortex-m4" in_capi cargo build --release --lib --target $target
+    make -C capi/example run
 }
 
 # Says what an image of a profile has that it should not, and whether that is more than allowed.
@@ -173,6 +198,7 @@ is_clean() {
     local double='__aeabi_(c?d[a-z0-9]+|[a-z]+2d)$|__[a-z]+df([23]|[sd]i|sf2)?$'
     local panic='^core::.*(panic|_fail)'
     local elf=$image_dir/$1/$2 symbols calls pattern name allowed row=()
+    [ "$2" != capi ] || elf=capi/example/build/track.elf
     allowed=$(panics_allowed "$1" "$2")
     # core::panic only describes a panic, it does not raise one.
     symbols=$(arm-none-eabi-nm -C --defined-only "$elf" | cut -d' ' -f3- |
@@ -196,14 +222,13 @@ step_symbols() {
             is_clean $profile "$image" || failed=1
         done
     done
+    is_clean release capi || failed=1
     [ $failed = 0 ] || { echo "symbols: more than allowed, see above" >&2; return 1; }
 }
 
 step_budget() {
     for_counter test --release
-    # The program that the tests have been built with: `cargo run` would build its dependencies anew, with other features.
-    cargo test --release --workspace --features host-tests/count --no-run
-    target/release/host-tests budget --check
+    host_tests budget --check
 }
 
 # --- run -----------------------------------------------------------------------------------

@@ -50,6 +50,7 @@ pub struct Innovation<T, const NX: usize, const NZ: usize> {
 
 /// The zero-mean Gaussian density of a residual.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ResidualDensity<T, const NZ: usize> {
     /// S⁻¹
     pub s_inv: Symmetric<T, NZ>,
@@ -61,6 +62,7 @@ pub struct ResidualDensity<T, const NZ: usize> {
 
 /// A correction of a Gaussian in measurement space: w and E of the module's equations.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Correction<T, const NZ: usize> {
     /// w
     pub w: [T; NZ],
@@ -307,4 +309,10 @@ pub(crate) fn dot<T: Real, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
         sum += a[i] * b[i];
     }
     sum
+}
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format, const NX: usize> defmt::Format for Gaussian<T, NX> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Gaussian {{ mean: {}, cov: {} }}", self.mean.data.0[0], self.cov);
+    }
 }

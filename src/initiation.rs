@@ -15,6 +15,7 @@
 //! speed physical. Every pair of an unclaimed detection
 //! and a remembered one starts a tentative track (Kashyap et al. 2006, "Automatic track formation").
 
+use crate::bytes::Digest;
 use crate::error::ConfigError;
 use crate::gaussian::{Gaussian, Innovation};
 use crate::model::offset::shift;
@@ -27,6 +28,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// How tracks are started from detections that no track claims.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Initiation<T, const NX: usize> {
     pub(crate) prior: Gaussian<T, NX>,
     pub(crate) rule: Rule<T>,
@@ -188,6 +190,18 @@ pub(crate) struct Seed<T> {
 }
 
 impl<T: Real> Seed<T> {
+    /// Adds all of the seed to `digest`.
+    pub fn fold_into(&self, digest: &mut Digest) {
+        let Fix { position, cov, radial, offset } = &self.fix;
+        digest.wide(self.time.as_micros());
+        digest.wide(offset.as_micros() as u64);
+        position.iter().for_each(|p| digest.real(*p));
+        digest.upper(cov);
+        if let Some(radial) = radial {
+            radial.direction.iter().chain([&radial.speed, &radial.variance]).chain(&radial.unambiguous).for_each(|x| digest.real(*x));
+        }
+    }
+
     /// The seconds from this detection to one at `fix` in the scan at `time`, if a target no faster than `max_speed` could have made both.
     pub fn pairs_with(&self, fix: &Fix<T>, time: Instant, layout: Layout, max_speed: T, max_gap: Duration) -> Option<T> {
         let gap = time.since(self.time);

@@ -88,6 +88,10 @@
 //! | [`track`], [`initiation`] | identity, confirmation, deletion; starting tracks from plots |
 //! | [`glmb`] | labelled random finite sets: densities, hypotheses, truncation |
 //! | [`tracker`] | complete trackers, each with its equations, its memory and its `step` |
+//! | [`plots`], [`ready`] | a scan gathered plot by plot; trackers of chosen sizes whose configuration is a flat structure |
+//! | [`telemetry`] | one record a scan: tracks, report, cost |
+//! | `link` | a sensor that sends its detections over SPI (feature `link`) |
+//! | [`log`] | scans and tracks recorded in bytes, to be replayed on a desk |
 //! | [`fusion`] | tracks of several trackers: registered, associated, fused; messages between nodes |
 //!
 //! # What it promises
@@ -108,7 +112,9 @@
 
 #[macro_use]
 mod unrolled;
+mod bytes;
 mod counter;
+mod order;
 
 pub mod association;
 pub mod coupled;
@@ -118,13 +124,18 @@ pub mod fusion;
 pub mod gaussian;
 pub mod glmb;
 pub mod initiation;
+#[cfg(feature = "link")]
+pub mod link;
+pub mod log;
 pub mod mode;
 pub mod model;
-mod order;
+pub mod plots;
+pub mod ready;
 pub mod scalar;
 pub mod scan;
 pub mod sensor;
 pub mod symmetric;
+pub mod telemetry;
 pub mod time;
 pub mod track;
 pub mod tracker;

@@ -77,8 +77,17 @@ impl<T: Real, const NZ: usize> Detection<T, NZ> {
     }
 }
 
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format, const NZ: usize> defmt::Format for Detection<T, NZ> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        let Self { z, noise, amplitude, offset } = self;
+        defmt::write!(f, "Detection {{ z: {}, noise: {}, amplitude: {}, offset: {} }}", z.data.0[0], noise, amplitude, offset);
+    }
+}
+
 /// What one sensor saw at one time. An empty scan says that it looked and saw nothing.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scan<'a, T, const NZ: usize> {
     /// When
     pub time: Instant,
@@ -106,6 +115,16 @@ impl<'a, T: Real, const NZ: usize> Scan<'a, T, NZ> {
     }
 }
 
+/// Whether `a` gives way to `b`: by amplitude, none being the weakest.
+#[inline(always)]
+pub(crate) fn weaker<T: Real, const NZ: usize>(a: &Detection<T, NZ>, b: &Detection<T, NZ>) -> bool {
+    match (a.amplitude, b.amplitude) {
+        (Some(a), Some(b)) => a < b,
+        (None, Some(_)) => true,
+        (_, None) => false,
+    }
+}
+
 /// The detections of a scan that a tracker with room for `DETS` takes: all, or the strongest, or the first.
 #[derive(Clone, Debug)]
 pub(crate) struct Selection<const DETS: usize> {
@@ -121,11 +140,6 @@ impl<const DETS: usize> Selection<DETS> {
     #[inline]
     pub fn new<T: Real, const NZ: usize>(detections: &[Detection<T, NZ>]) -> Self {
         let mut indices = heapless::Vec::<u16, DETS>::new();
-        let weaker = |a: &Detection<T, NZ>, b: &Detection<T, NZ>| match (a.amplitude, b.amplitude) {
-            (Some(a), Some(b)) => a < b,
-            (None, Some(_)) => true,
-            (_, None) => false,
-        };
         for (i, d) in detections.iter().enumerate().take(usize::from(u16::MAX)) {
             if indices.push(i as u16).is_ok() {
                 continue;
@@ -179,6 +193,7 @@ impl<'a> Candidates<'a> {
 
 /// What is known of one target.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Estimate<T, const NX: usize> {
     /// Which track
     pub id: TrackId,

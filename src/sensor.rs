@@ -45,6 +45,7 @@ pub trait Sensor<T: Real, const NX: usize, const NZ: usize> {
 
 /// A sensor with the same detection probability and clutter everywhere.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct UniformSensor<M, T> {
     /// What it measures
     pub model: M,

@@ -13,12 +13,14 @@ use nalgebra::SMatrix;
 
 /// A symmetric N × N matrix.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Symmetric<T, const N: usize> {
     upper: [[T; N]; N],
 }
 
 /// S⁻¹ and the root of its determinant; both zero where S is not positive definite.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Inverse<T, const N: usize> {
     /// S⁻¹
     pub matrix: Symmetric<T, N>,

@@ -1,9 +1,11 @@
-//! The command line: `list`, `run`, `replay`, `solve`, `twin`, `budget`.
+//! The command line: `list`, `run`, `replay`, `replay-log`, `soak`, `solve`, `twin`, `budget`.
 //!
 //! ```text
 //! host-tests list
 //! host-tests run SCENARIO [--runs N] [--seed BASE] [--filters "A,B"] [--precision f32|f64] [--out DIR] [--json FILE]
 //! host-tests replay PLOTS [--config FILE.toml] [--precision f32|f64] [--out DIR] [--json FILE]
+//! host-tests replay-log FILE
+//! host-tests soak [--scans N] [--seed BASE]
 //! host-tests solve IN.json OUT.json [--precision f32|f64]
 //! host-tests twin [--check]                                (from the repository root)
 //! host-tests budget [--check] [--only NAME]                (from the repository root)
@@ -11,7 +13,7 @@
 //!
 //! Exit status 0: done; 1: a check failed; 2: bad usage or input, told in one line.
 
-use crate::{Failure, Precision, budget, output, replay, scenario, solve, twin};
+use crate::{Failure, Precision, budget, output, replay, replay_log, scenario, soak, solve, twin};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -69,6 +71,20 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Replay a log that a target has written, to the same bits, beside double precision
+    ReplayLog {
+        /// The log
+        file: PathBuf,
+    },
+    /// Let the ready trackers live long, under faults of all kinds
+    Soak {
+        /// Scans that each of them lives for
+        #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1000..))]
+        scans: u64,
+        /// Base seed: tracker i uses BASE + i
+        #[arg(long, value_name = "BASE", default_value_t = 0)]
+        seed: u64,
+    },
     /// Make the data of the firmware example: scans, reference cases and the bits of their results
     Twin {
         /// Only check that they are current
@@ -113,6 +129,8 @@ pub fn execute<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>
             scenario::run(scenario::SCENARIOS, &scenario::Request { scenario, runs, seed, filters, precision, out, json })
         }
         Command::Replay { plots, config, precision, out, json } => replay::run(&replay::Request { plots, config, precision, out, json }),
+        Command::ReplayLog { file } => replay_log::run(&file),
+        Command::Soak { scans, seed } => soak::run(scans, seed),
         Command::Twin { check } => twin::run(&PathBuf::from("."), check),
         Command::Budget { check, only } => budget::run(&PathBuf::from("."), &budget::Request { check, only }),
         Command::Solve { input, output, precision } => solve::run(&input, &output, precision),

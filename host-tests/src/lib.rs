@@ -2,10 +2,12 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`cli`] | the commands `list`, `run`, `replay`, `solve`, `twin`, `budget` |
+//! | [`cli`] | the commands `list`, `run`, `replay`, `replay-log`, `soak`, `solve`, `twin`, `budget` |
 //! | [`scenario`] | the table of published scenarios; each compares named filters by Monte Carlo |
 //! | [`solve`] | reference cases: reads a case file, fills in what the library computes |
 //! | [`replay`] | recorded plots: readers, sensor description, summary and picture |
+//! | [`replay_log`] | logs that targets have written, done again to the same bits |
+//! | [`soak`] | trackers that live long, under faults |
 //! | [`budget`] | what trackers and kernels cost on the target, and the bounds of that |
 //! | [`mod@twin`] | the data of the firmware example and the bits expected of it |
 //! | [`metrics`] | OSPA, GOSPA, NEES, chi-square quantiles, tracking over a sequence of scans |
@@ -26,7 +28,9 @@ pub mod output;
 pub mod picture;
 pub mod precision;
 pub mod replay;
+pub mod replay_log;
 pub mod scenario;
+pub mod soak;
 pub mod solve;
 pub mod statistics;
 pub mod twin;

@@ -46,13 +46,22 @@ pub fn write_json(file: &Path, value: &impl Serialize) -> Result<(), Failure> {
 
 /// Reads a whole text file; the failure names the file and whether it is missing, unreadable or not text.
 pub fn read_text(file: &Path) -> Result<String, Failure> {
-    let reason = |error: std::io::Error| match error.kind() {
+    fs::read_to_string(file).map_err(|error| unreadable(file, &error))
+}
+
+/// Reads a whole file of bytes; the failure names the file and whether it is missing or unreadable.
+pub fn read_bytes(file: &Path) -> Result<Vec<u8>, Failure> {
+    fs::read(file).map_err(|error| unreadable(file, &error))
+}
+
+fn unreadable(file: &Path, error: &std::io::Error) -> Failure {
+    let reason = match error.kind() {
         ErrorKind::NotFound => "no such file".to_owned(),
         ErrorKind::IsADirectory => "is a directory, not a file".to_owned(),
         ErrorKind::InvalidData => "not UTF-8 text".to_owned(),
         _ => format!("cannot read: {error}"),
     };
-    fs::read_to_string(file).map_err(|error| Failure::input(reason(error)).in_file(file))
+    Failure::input(reason).in_file(file)
 }
 
 /// Prints to stdout. A reader that has seen enough (`| head`) is no failure.

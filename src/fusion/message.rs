@@ -19,6 +19,7 @@
 //! it is a track: probabilities that sum to one, finite means, covariances that are semi-definite. Frame and axes are agreed
 //! upon beforehand.
 
+use crate::bytes::{CHECKSUM, Reader, Writer, crc32};
 use crate::gaussian::{Gaussian, zero_vector};
 use crate::mode::{ModeBank, check_distribution};
 use crate::scalar::Real;
@@ -29,9 +30,8 @@ use core::fmt;
 use core::num::NonZeroU32;
 
 const VERSION: u8 = 1;
-/// Bytes before the mode probabilities, and of the checksum.
+/// Bytes before the mode probabilities.
 const HEAD: usize = 22;
-const CHECKSUM: usize = 4;
 
 /// A sensor's track as it goes over a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,9 +101,7 @@ impl<T: Real, const NX: usize, const MODES: usize> TrackMessage<T, NX, MODES> {
         self.bank.prob.iter().for_each(|p| writer.real(*p));
         for g in &self.bank.modes {
             g.mean.iter().for_each(|x| writer.real(*x));
-            for (i, row) in g.cov.upper().iter().enumerate() {
-                row.iter().skip(i).for_each(|p| writer.real(*p));
-            }
+            writer.upper(&g.cov);
         }
         checksum.copy_from_slice(&crc32(body).to_le_bytes());
         Ok(())
@@ -116,7 +114,7 @@ impl<T: Real, const NX: usize, const MODES: usize> TrackMessage<T, NX, MODES> {
     pub fn decode(bytes: &[u8]) -> Result<Self, MessageError> {
         let (body, checksum) = bytes.split_last_chunk::<CHECKSUM>().ok_or(MessageError::Length)?;
         let mut reader = Reader(body);
-        let [version, states, modes, status] = reader.take()?;
+        let [version, states, modes, status] = reader.take().ok_or(MessageError::Length)?;
         if version != VERSION {
             return Err(MessageError::Version);
         }
@@ -135,24 +133,18 @@ impl<T: Real, const NX: usize, const MODES: usize> TrackMessage<T, NX, MODES> {
             2 => Status::Coasting,
             _ => return Err(MessageError::Content),
         };
-        let sensor = u16::from_le_bytes(reader.take()?);
-        let id = NonZeroU32::new(u32::from_le_bytes(reader.take()?)).map(TrackId).ok_or(MessageError::Content)?;
-        let time = Instant::from_micros(u64::from_le_bytes(reader.take()?));
-        let existence = reader.real()?;
-        let mut bank = ModeBank::<f32, NX, MODES>::ZERO;
-        for p in &mut bank.prob {
-            *p = reader.real()?;
-        }
-        for g in &mut bank.modes {
-            for x in g.mean.iter_mut() {
-                *x = reader.real()?;
+        let mut read = || {
+            let (sensor, id, time, existence) = (reader.half()?, reader.word()?, reader.wide()?, reader.real()?);
+            let mut bank = ModeBank::<f32, NX, MODES>::ZERO;
+            reader.reals(&mut bank.prob)?;
+            for g in &mut bank.modes {
+                reader.reals(g.mean.as_mut_slice())?;
+                reader.upper(&mut g.cov)?;
             }
-            for (i, row) in g.cov.upper_mut().iter_mut().enumerate() {
-                for p in row.iter_mut().skip(i) {
-                    *p = reader.real()?;
-                }
-            }
-        }
+            Some((sensor, id, Instant::from_micros(time), existence, bank))
+        };
+        let (sensor, id, time, existence, bank) = read().ok_or(MessageError::Length)?;
+        let id = NonZeroU32::new(id).map(TrackId).ok_or(MessageError::Content)?;
         // Judged in the precision of the link: what is semi-definite there may not be to twice the digits.
         let sound = (0.0..=1.0).contains(&existence)
             && check_distribution(&bank.prob).is_ok()
@@ -179,43 +171,6 @@ fn widened<T: Real, const NX: usize, const MODES: usize>(bank: &ModeBank<f32, NX
     ModeBank { prob: bank.prob.map(wide), modes: bank.modes.each_ref().map(mode) }
 }
 
-/// The checksum of Ethernet: the remainder of the bits, lowest first, by the reversed polynomial 0xedb88320.
-fn crc32(bytes: &[u8]) -> u32 {
-    let shift = |crc: u32, _| crc >> 1 ^ (0xedb8_8320 & (crc & 1).wrapping_neg());
-    !bytes.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), shift))
-}
-
-/// The bytes still to be written.
-struct Writer<'a>(&'a mut [u8]);
-
-impl Writer<'_> {
-    fn put(&mut self, bytes: &[u8]) {
-        if let Some((head, rest)) = core::mem::take(&mut self.0).split_at_mut_checked(bytes.len()) {
-            head.copy_from_slice(bytes);
-            self.0 = rest;
-        }
-    }
-
-    fn real<T: Real>(&mut self, x: T) {
-        self.put(&(x.to_f64() as f32).to_le_bytes());
-    }
-}
-
-/// The bytes still to be read.
-struct Reader<'a>(&'a [u8]);
-
-impl Reader<'_> {
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], MessageError> {
-        let (head, rest) = self.0.split_first_chunk().ok_or(MessageError::Length)?;
-        self.0 = rest;
-        Ok(*head)
-    }
-
-    fn real(&mut self) -> Result<f32, MessageError> {
-        self.take().map(f32::from_le_bytes)
-    }
-}
-
 impl fmt::Display for MessageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -233,13 +188,6 @@ impl core::error::Error for MessageError {}
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_checksum_is_that_of_ethernet() {
-        // The check value of the standard, and that of nothing.
-        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
-        assert_eq!(crc32(b""), 0);
-    }
 
     #[test]
     fn a_message_of_two_modes_and_six_states_takes_250_bytes() {

@@ -23,6 +23,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// Where a sensor's frame stands in the common frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Frame<T> {
     origin: [T; 3],
     sin: T,

@@ -22,6 +22,7 @@ use crate::symmetric::Symmetric;
 
 /// A polar measurement with independent errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Polar<T> {
     /// Range \[m\]
     pub range: T,
@@ -39,6 +40,7 @@ pub struct Polar<T> {
 
 /// A Cartesian position relative to the sensor, with its covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Converted<T> {
     /// Position \[m\]
     pub position: [T; 3],

@@ -184,6 +184,7 @@ where
 
 /// A position in space that one detection fixes, with the radial speed if it was measured.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fix<T> {
     /// Position \[m\]; axes that the state does not have are zero.
     pub position: [T; 3],
@@ -197,6 +198,7 @@ pub struct Fix<T> {
 
 /// The component of a target's velocity along the line of sight.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RadialSpeed<T> {
     /// Unit vector from the sensor to the target.
     pub direction: [T; 3],

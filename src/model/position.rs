@@ -14,6 +14,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// Position in `NZ` axes of states with `STRIDE` entries each.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Position<T, const NZ: usize, const STRIDE: usize> {
     origin: SVector<T, NZ>,
     noise: Symmetric<T, NZ>,

@@ -51,6 +51,7 @@ pub enum Component {
 
 /// Where a sensor is, how it moves and how it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mount<T> {
     /// Position \[m\]
     pub position: [T; 3],
@@ -99,6 +100,7 @@ impl<T: Real> Mount<T> {
 
 /// A radar measuring `NZ` components of targets with `AXES` axes of `STRIDE` states.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Radar<T, const NZ: usize, const AXES: usize, const STRIDE: usize> {
     components: [Component; NZ],
     noise: Symmetric<T, NZ>,

@@ -10,6 +10,7 @@ mod logic;
 
 pub use logic::{Existence, Logic};
 
+use crate::bytes::Digest;
 use crate::gaussian::Gaussian;
 use crate::mode::{ActiveSet, ModeBank};
 use crate::model::Layout;
@@ -138,6 +139,20 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
         Some(Estimate { id: self.id()?, status: self.status(), existence: self.existence, state: self.bank.combined() })
     }
 
+    /// Adds all of the track to `digest`.
+    pub(crate) fn fold_into(&self, digest: &mut Digest) {
+        let Self { id, confirmed, history, age, resets, existence, bank, unresolved } = self;
+        digest.word(*id);
+        digest.word(*history);
+        digest.word(u32::from_le_bytes([(*confirmed).into(), *age, *resets, (*unresolved).into()]));
+        digest.real(*existence);
+        bank.prob.iter().for_each(|p| digest.real(*p));
+        for g in &bank.modes {
+            g.mean.iter().for_each(|x| digest.real(*x));
+            digest.upper(&g.cov);
+        }
+    }
+
     pub(crate) fn is_free(&self) -> bool {
         self.id == 0
     }
@@ -229,6 +244,11 @@ pub(crate) struct Identities {
 impl Identities {
     pub const fn new() -> Self {
         Self { last: 0 }
+    }
+
+    /// The number given out last.
+    pub const fn last(&self) -> u32 {
+        self.last
     }
 
     pub fn next(&mut self) -> Option<TrackId> {

@@ -2,6 +2,7 @@
 
 use super::picture::Picture;
 use crate::association::AssociationMatrix;
+use crate::bytes::Digest;
 use crate::evidence::Evidence;
 use crate::scalar::Real;
 use crate::scan::Estimate;
@@ -77,6 +78,22 @@ impl<T: Real, X, const NX: usize, const MODES: usize, const TRACKS: usize, const
         self.scratch.as_ref().row(slot)
     }
 
+    /// All that the next scan depends on, folded into one word: two states in single precision that differ in one number differ
+    /// in it, and two that differ in more almost always. A few cycles a number of every live track.
+    #[must_use]
+    pub fn digest(&self) -> u32 {
+        let Picture { time, ids, tracks, seeds, .. } = &self.picture;
+        let mut digest = Digest::default();
+        digest.wide(time.map_or(u64::MAX, Instant::as_micros));
+        digest.word(ids.last());
+        for (slot, track) in tracks.iter().enumerate().filter(|(_, track)| !track.is_free()) {
+            digest.word(slot as u32);
+            track.fold_into(&mut digest);
+        }
+        seeds.iter().for_each(|seed| seed.fold_into(&mut digest));
+        digest.0
+    }
+
     /// The time of the last scan.
     #[must_use]
     pub fn time(&self) -> Option<Instant> {
@@ -88,6 +105,7 @@ impl<T: Real, X: Scratch, const NX: usize, const MODES: usize, const TRACKS: usi
     for State<T, NX, MODES, TRACKS, DETS, X>
 {
     fn default() -> Self {
-        Self::new()
+        // As a constant: made at run time, its parts would pass through the stack.
+        const { Self::new() }
     }
 }

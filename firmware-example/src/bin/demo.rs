@@ -1,24 +1,29 @@
-//! Recorded radar scans through IMM-JPDAF on the microcontroller: tracks out over defmt. Then the same scans through LMS-JPDAF,
-//! which has seven modes and runs the likely ones.
+//! Recorded radar scans through IMM-JPDAF on the microcontroller: frames in over SPI, tracks out over defmt. Then the same scans
+//! through LMS-JPDAF, which has seven modes and runs the likely ones.
 //!
-//! `cargo run --release --bin demo` runs it in QEMU and decodes the frames. The tracker's configuration and scans are
-//! those of the crate `twin`, so the desk can compute the same.
+//! `cargo run --release --bin demo` runs it in QEMU and decodes the log. The tracker's configuration and scans are those of the
+//! crate `twin`, so the desk can compute the same; the radar on the bus is its `simulated` one, which now and then makes a mistake.
 
 #![no_std]
 #![no_main]
 
+use boresight::link::{Link, LinkError};
 use boresight::track::Status;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
-use twin::radar::{self, LikelyState, State};
+use twin::radar::{self, DETS, LikelyState, State};
+use twin::simulated::Radar;
+
+type Wire = Link<Radar, 2, DETS>;
 
 #[entry]
 fn main() -> ! {
     // The entry attribute makes this a static and hands out the one reference to it: all zero bits, so .bss.
     static mut STATE: State = State::new();
     static mut LIKELY: LikelyState = LikelyState::new();
+    static mut BUFFER: [u8; Wire::FRAME] = [0; Wire::FRAME];
     defmt::info!("boresight demo: {=usize} scans, state of {=usize} bytes", radar::scans(), size_of::<State>());
-    let passed = match track(STATE).and_then(|joint| Ok([joint, track_by_turns(LIKELY)?])) {
+    let passed = match track(STATE, BUFFER).and_then(|joint| Ok([joint, track_by_turns(LIKELY)?])) {
         Ok(confirmed) => confirmed.iter().all(|tracks| *tracks > 0),
         Err(fault) => {
             defmt::error!("{}", defmt::Debug2Format(&fault));
@@ -28,19 +33,29 @@ fn main() -> ! {
     firmware_example::exit(passed)
 }
 
-/// Runs all scans; returns the number of confirmed tracks at the end.
-fn track(state: &mut State) -> Result<usize, twin::Fault> {
+/// Fetches scans until the radar is silent; returns the number of confirmed tracks at the end.
+fn track(state: &mut State, buffer: &mut [u8]) -> Result<usize, twin::Fault> {
     let (tracker, sensor) = (radar::tracker()?, radar::sensor::<3>()?);
-    for k in 0..radar::scans() {
-        let report = radar::step(&tracker, &sensor, state, k)?;
+    let mut link = Wire::new(Radar::default());
+    loop {
+        let scan = match link.poll(buffer) {
+            Ok(scan) => scan,
+            Err(LinkError::Empty) => break,
+            Err(error) => {
+                defmt::warn!("{}", error);
+                continue;
+            }
+        };
+        let seconds = scan.time.as_micros() / 1_000_000;
+        let report = tracker.step(state, &sensor, &scan)?;
         if report.births > 0 || report.tracks_confirmed > 0 || report.tracks_deleted > 0 || !report.is_complete() {
-            defmt::debug!("scan {=usize}: {}", k, report);
+            defmt::debug!("{=u64} s: {}", seconds, report);
         }
         for estimate in state.estimates().filter(|e| e.status != Status::Tentative) {
             let x = &estimate.state.mean;
             defmt::info!(
-                "{=usize} s  {}  {}  position ({=f32}, {=f32}) m  velocity ({=f32}, {=f32}) m/s",
-                k,
+                "{=u64} s  {}  {}  position ({=f32}, {=f32}) m  velocity ({=f32}, {=f32}) m/s",
+                seconds,
                 estimate.id,
                 estimate.status,
                 x[0],
@@ -50,6 +65,7 @@ fn track(state: &mut State) -> Result<usize, twin::Fault> {
             );
         }
     }
+    defmt::info!("{}", link.counts());
     Ok(state.estimates().filter(|e| e.status != Status::Tentative).count())
 }
 

@@ -16,6 +16,8 @@ pub mod load;
 pub mod loaded;
 pub mod pieces;
 pub mod radar;
+pub mod record;
+pub mod simulated;
 pub mod workloads;
 
 use boresight::coupled::NoCross;
@@ -63,6 +65,14 @@ pub enum Fault {
     List(boresight::fusion::ListError),
     /// A message was not understood.
     Message(boresight::fusion::MessageError),
+    /// A log could not be written.
+    Log(boresight::log::LogError),
+}
+
+impl From<boresight::log::LogError> for Fault {
+    fn from(error: boresight::log::LogError) -> Self {
+        Self::Log(error)
+    }
 }
 
 impl From<boresight::error::ConfigError> for Fault {

@@ -1,0 +1,10 @@
+/* What the example needs of its surroundings: text out. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include <stdint.h>
+
+void say(const char *text);
+void say_number(uint32_t number);
+
+#endif
