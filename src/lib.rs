@@ -58,13 +58,13 @@
 //! | [`ImmPdaf`](tracker::ImmPdaf) | manoeuvring, in clutter, apart from each other most of the time | here |
 //! | [`ImmJpda`](tracker::ImmJpda) | the same, close to each other and crossing | here |
 //! | [`LmsJpda`](tracker::LmsJpda) | the same with many modes, of which each track runs the likely ones | here |
+//! | any of them a sensor, and a [`Combiner`](fusion::Combiner) | seen by several sensors whose tracks, not plots, can be had | here |
 //! | merged-measurement coupled filter, jump-Markov GLMB | unresolved, labelled | not yet |
 //!
 //! `ImmPdaf` with one mode is the PDAF; with [`NearestNeighbour`](association::NearestNeighbour) the nearest-neighbour
 //! filter. `ImmJpda` takes [`Jpda`](association::Jpda), or [`Gnn`](association::Gnn) as a baseline; with one mode it is the
 //! JPDAF. [`Logic`](track::Logic) ends tracks by counting misses, or by the probability that their targets exist: then they
-//! are the IPDA and the JIPDA. Where several sensors have a tracker each, a [`Combiner`](fusion::Combiner) makes one picture of
-//! their tracks; where their plots can be had, one tracker that takes in all of them knows more. Wrap a model in [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
+//! are the IPDA and the JIPDA. Wrap a model in [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
 //!
 //! # Layers
 //!
