@@ -25,7 +25,6 @@ readonly image_dir=firmware-example/target/$target
 # Panic symbols that an image of a profile may contain, and why.
 panics_allowed() {
     case $1/$2 in
-        small/budget | small/fusion) echo 2 ;; # bounds checks in the mixing of modes, which cannot fail
         */demo) echo 3 ;;     # defmt-semihosting: "taken reentrantly" and alike; the next line's two
         */selftest) echo 2 ;; # cortex-m-semihosting: RefCell around its output handles
         *) echo 0 ;;          # print nothing

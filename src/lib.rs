@@ -60,16 +60,15 @@
 //! | [`LmsJpda`](tracker::LmsJpda) | the same with many modes, of which each track runs the likely ones | here |
 //! | [`ImmCoupled`](tracker::ImmCoupled) | two that the sensor may not tell apart, with what they have in common | here |
 //! | [`JmsGlmb`](tracker::JmsGlmb) | manoeuvring, coming and going in heavy clutter, with an identity each | here |
+//! | any of them a sensor, and a [`Combiner`](fusion::Combiner) | seen by several sensors whose tracks, not plots, can be had | here |
 //!
 //! `ImmPdaf` with one mode is the PDAF; with [`NearestNeighbour`](association::NearestNeighbour) the nearest-neighbour
 //! filter. `ImmJpda` takes [`Jpda`](association::Jpda), or [`Gnn`](association::Gnn) as a baseline; with one mode it is the
 //! JPDAF. Where two targets may give one plot between them, a sensor that states its [`Resolution`](model::resolution::Resolution)
 //! and the association [`MergingJpda`](association::MergingJpda) are all that it takes. [`Logic`](track::Logic) ends tracks by
-//! counting misses, or by the probability that their targets exist: then they are the IPDA and the JIPDA. Where several sensors
-//! have a tracker each, a [`Combiner`](fusion::Combiner) makes one picture of their tracks; where their plots can be had, one
-//! tracker that takes in all of them knows more. `JmsGlmb` keeps hypotheses of which targets there are and which detections were
-//! theirs, instead of tracks one by one: their number and their identities are decided together. Wrap a model in
-//! [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
+//! counting misses, or by the probability that their targets exist: then they are the IPDA and the JIPDA. `JmsGlmb` keeps
+//! hypotheses of which targets there are and which detections were theirs, instead of tracks one by one: their number and their
+//! identities are decided together. Wrap a model in [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
 //!
 //! # Layers
 //!

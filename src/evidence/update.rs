@@ -101,7 +101,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         resets
     }
 
-    /// [`absorb`](Self::absorb) but for the mode probabilities, for modes that weigh and are corrected.
+    /// [`absorb`](Self::absorb) but for the mode probabilities.
     #[inline(always)]
     pub fn correct<M: MeasurementModel<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &self,
@@ -121,17 +121,17 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         for (number, beta) in self.gated.iter().zip(&self.hit) {
             let Some(detection) = detections.get(usize::from(*number)) else { break };
             let seen: [_; MODES] = core::array::from_fn(|r| {
-                if !predicted.weighs(r) {
+                if !predicted.counts(r) {
                     return (T::ZERO, [T::ZERO; NZ]);
                 }
                 let Innovation { z_hat, density, .. } = &predicted.innovations()[r];
                 likelihood(density, &model.residual(&detection.z, z_hat))
             });
-            let mixture = dot(&bank.prob, &seen.map(|(l, _)| l));
+            let mixture = dot(&bank.prob, &core::array::from_fn(|r| if predicted.weighs(r) { seen[r].0 } else { T::ZERO }));
             if mixture > T::lit(LEAST_PROBABILITY) {
                 let factor = *beta / mixture;
                 for (r, (sums, (l, u))) in sums.iter_mut().zip(&seen).enumerate() {
-                    if predicted.weighs(r) {
+                    if predicted.corrects(r) {
                         sums.add(factor * *l, u);
                     }
                 }
@@ -142,7 +142,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         let mut resets = 0;
         let mut evidence = [T::ZERO; MODES];
         for r in 0..MODES {
-            if !predicted.weighs(r) {
+            if !predicted.corrects(r) {
                 continue;
             }
             let (e, kept) = correct::<T, true, NX, NZ>(&mut bank.modes[r], &predicted.innovations()[r], &sums[r], beta_0);
@@ -152,7 +152,9 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         Corrected { evidence, resets }
     }
 
-    /// The same for modes that were activated after the association: every kind of detection is served.
+    /// [`correct`](Self::correct) for modes that were activated after the association.
+    // Out of line: few tracks activate modes in a scan.
+    #[inline(never)]
     pub fn correct_activated<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
         &self,
         beta_0: T,
@@ -161,10 +163,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         model: &M,
         detections: &[Detection<T, NZ>],
     ) -> Corrected<T, MODES> {
-        if self.gated.is_empty() {
-            return Corrected { evidence: [T::ONE; MODES], resets: 0 };
-        }
-        self.correct_by_logarithms(beta_0, bank, predicted, model, detections)
+        self.correct(beta_0, bank, predicted, model, detections)
     }
 
     /// Scores, associates by PDA and absorbs in one pass over the gated detections. The modes are updated as if a miss weighed

@@ -122,14 +122,28 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         for a in 0..NX {
             for b in a..NX {
                 let first = self.modes[0].cov.upper()[a][b];
-                // In stages, so that no result is used at once: the pipeline of a small core would wait.
-                let dd: [T; MODES] = core::array::from_fn(|i| d[i][a] * d[i][b]);
-                let n: [T; MODES] = core::array::from_fn(|i| self.modes[i].cov.upper()[a][b] - first);
-                let n: [T; MODES] = core::array::from_fn(|i| n[i] + dd[i]);
-                let dd: [T; MODES] = core::array::from_fn(|j| bar[j][a] * bar[j][b]);
-                let mut v = dd.map(|dd| first - dd);
+                // In stages, so that no result is used at once: the pipeline of a small core would wait. Loops, not closures: in
+                // code for size, bounds checks would stay in those.
+                let (mut n, mut v, mut wn) = ([T::ZERO; MODES], [T::ZERO; MODES], [T::ZERO; MODES]);
+                for i in 0..MODES {
+                    v[i] = d[i][a] * d[i][b];
+                }
+                for i in 0..MODES {
+                    n[i] = self.modes[i].cov.upper()[a][b] - first;
+                }
+                for i in 0..MODES {
+                    n[i] += v[i];
+                }
+                for j in 0..MODES {
+                    v[j] = bar[j][a] * bar[j][b];
+                }
+                for j in 0..MODES {
+                    v[j] = first - v[j];
+                }
                 for i in 1..MODES {
-                    let wn: [T; MODES] = core::array::from_fn(|j| weight[j][i] * n[i]);
+                    for j in 0..MODES {
+                        wn[j] = weight[j][i] * n[i];
+                    }
                     for j in 0..MODES {
                         v[j] += wn[j];
                     }
