@@ -19,7 +19,7 @@ use crate::replay_log::desk::{Accelerates, Motion, Turns};
 use crate::{Failure, monte_carlo, output};
 use boresight::error::{ConfigError, ScanError};
 use boresight::link::{Link, encode};
-use boresight::ready::{DETS, MODES, Parameters, Sensor, State, TRACKS, Tracker};
+use boresight::ready::{DETS, Parameters, Sensor, State, TRACKS, Tracker};
 use boresight::scan::{Detection, Scan};
 use boresight::time::Instant;
 use boresight::track::Status;
