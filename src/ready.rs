@@ -111,7 +111,7 @@ impl Parameters {
     #[must_use]
     pub const fn turning() -> Self {
         Self {
-            mode_noise: [1.0, 4.0, 4.0],
+            mode_noise: [1.0, 25.0, 25.0],
             jump: [[0.9, 0.05, 0.05], [0.1, 0.85, 0.05], [0.1, 0.05, 0.85]],
             initial: [0.8, 0.1, 0.1],
             ..Self::accelerating()

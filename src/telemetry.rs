@@ -104,6 +104,23 @@ impl<const TRACKS: usize> Telemetry<TRACKS> {
     }
 }
 
+/// What has generic parts is checked here: a derived format holds only where those of its parts do.
+#[cfg(feature = "defmt")]
+const _: () = {
+    use crate::{gaussian, initiation, log, model, scan, sensor, symmetric};
+    const fn formats<F: defmt::Format>() {}
+    formats::<Telemetry<1>>();
+    formats::<gaussian::Gaussian<f32, 4>>();
+    formats::<initiation::Initiation<f32, 4>>();
+    formats::<log::Seen<4, 2>>();
+    formats::<model::Fix<f32>>();
+    formats::<scan::Detection<f32, 2>>();
+    formats::<scan::Estimate<f32, 4>>();
+    formats::<scan::Scan<'_, f32, 2>>();
+    formats::<sensor::UniformSensor<model::radar::Radar<f32, 2, 2, 2>, f32>>();
+    formats::<symmetric::Symmetric<f32, 4>>();
+};
+
 #[cfg(test)]
 mod tests {
     use super::*;

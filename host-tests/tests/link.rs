@@ -45,8 +45,11 @@ fn frame(sequence: u32, micros: u32, detections: &[Detection<f32, 2>]) -> Vec<u8
     bytes
 }
 
-/// What the frames come to, one by one: the time of a scan and its number of detections.
-fn poll_all(frames: &[Vec<u8>]) -> (Vec<Result<(u64, usize), LinkError<embedded_hal::spi::ErrorKind>>>, Counts) {
+/// The time of a scan and its number of detections.
+type Outcome = Result<(u64, usize), LinkError<embedded_hal::spi::ErrorKind>>;
+
+/// What the frames come to, one by one.
+fn poll_all(frames: &[Vec<u8>]) -> (Vec<Outcome>, Counts) {
     let mut link = Wire::new(Bus(frames.iter().cloned().map(Ok).collect()));
     let mut buffer = [0; FRAME];
     let poll = |_| link.poll(&mut buffer).map(|scan| (scan.time.as_micros(), scan.detections.len()));

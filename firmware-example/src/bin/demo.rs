@@ -8,10 +8,11 @@
 #![no_main]
 
 use boresight::link::{Link, LinkError};
+use boresight::telemetry::Telemetry;
 use boresight::track::Status;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
-use twin::radar::{self, DETS, LikelyState, State};
+use twin::radar::{self, DETS, LikelyState, State, TRACKS};
 use twin::simulated::Radar;
 
 type Wire = Link<Radar, 2, DETS>;
@@ -48,9 +49,9 @@ fn track(state: &mut State, buffer: &mut [u8]) -> Result<usize, twin::Fault> {
         };
         let seconds = scan.time.as_micros() / 1_000_000;
         let report = tracker.step(state, &sensor, &scan)?;
-        if report.births > 0 || report.tracks_confirmed > 0 || report.tracks_deleted > 0 || !report.is_complete() {
-            defmt::debug!("{=u64} s: {}", seconds, report);
-        }
+        // The instructions of a scan are counted from outside, see the README: no cost is told here.
+        let told = Telemetry::<TRACKS>::new(scan.time, 0, report, tracker.layout(), state.estimates());
+        defmt::debug!("{}", told);
         for estimate in state.estimates().filter(|e| e.status != Status::Tentative) {
             let x = &estimate.state.mean;
             defmt::info!(
