@@ -12,7 +12,7 @@
 //! combined density, so a track remains one bank of modes, and a pair is forgotten when the scan is over. Tracks that part are two
 //! again by themselves.
 
-use crate::association::UnresolvedPair;
+use crate::association::{UnresolvedPair, UnresolvedPairs};
 use crate::coupled::as_one::{AsOne, of_one};
 use crate::coupled::{Blocks, Odds};
 use crate::model::MeasurementModel;
@@ -22,7 +22,7 @@ use crate::scan::{Detection, Selection};
 use crate::sensor::{Clutter, Sensor};
 use crate::symmetric::Symmetric;
 use crate::track::{Status, Track};
-use heapless::{Vec, VecView};
+use heapless::Vec;
 use nalgebra::SVector;
 
 /// Two tracks that are one to the sensor less often than this count as resolved.
@@ -64,7 +64,7 @@ pub(super) fn look<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usi
 /// Finds the pairs and writes what they weigh as one. `diffuse` is 1 / λ where clutter is.
 #[inline(never)]
 pub(super) fn pair_up<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>(
-    pairs: &mut VecView<UnresolvedPair<T, DETS>>,
+    pairs: &mut UnresolvedPairs<T, DETS>,
     sights: &Sights<T, NZ, TRACKS>,
     sensor: &S,
     resolution: &Resolution<T, NZ>,
