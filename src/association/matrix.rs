@@ -10,7 +10,7 @@
 //!
 //! A factor common to a row changes nothing. Association sees these numbers and never a state.
 
-use super::merging::UnresolvedPair;
+use super::merging::UnresolvedPairs;
 use crate::scalar::{Real, larger};
 
 /// What is known of clutter, as far as joint events care.
@@ -106,7 +106,7 @@ pub trait Associator<T: Real, const TRACKS: usize, const DETS: usize> {
 
     /// The pairs of tracks that may have one detection between them, if it weighs such: those of the last scan, to be replaced.
     #[inline(always)]
-    fn pairs(_memory: &mut Self::Memory) -> Option<&mut heapless::VecView<UnresolvedPair<T, DETS>>> {
+    fn pairs(_memory: &mut Self::Memory) -> Option<&mut UnresolvedPairs<T, DETS>> {
         None
     }
 

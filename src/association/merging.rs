@@ -39,6 +39,9 @@ pub struct UnresolvedPair<T, const DETS: usize> {
     pub hit: [T; DETS],
 }
 
+/// The pairs of a scan.
+pub type UnresolvedPairs<T, const DETS: usize> = heapless::VecView<UnresolvedPair<T, DETS>>;
+
 /// [`Jpda`] with room for `PAIRS` pairs of tracks that the sensor may not tell apart.
 ///
 /// In a tracker this is all it takes besides a sensor that states its [resolution](crate::sensor::Sensor::resolution): tracks that
@@ -79,7 +82,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize, const 
         other: AssociationMatrix::new(),
     };
 
-    fn pairs(memory: &mut Self::Memory) -> Option<&mut heapless::VecView<UnresolvedPair<T, DETS>>> {
+    fn pairs(memory: &mut Self::Memory) -> Option<&mut UnresolvedPairs<T, DETS>> {
         Some(&mut memory.pairs)
     }
 

@@ -23,7 +23,7 @@ pub use gnn::Gnn;
 pub use jpda::{Jpda, JpdaMemory};
 pub use k_best::KBest;
 pub use matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
-pub use merging::{MergingJpda, MergingMemory, UnresolvedPair};
+pub use merging::{MergingJpda, MergingMemory, UnresolvedPair, UnresolvedPairs};
 pub use single::{NearestNeighbour, Pda, PrintedPda, SingleAssociator};
 #[cfg(feature = "count")]
 pub use work::take_operations;

@@ -18,17 +18,21 @@
 //! Clutter of unknown density: V is the volume of both gates, m the detections that are in any of the three.
 //!
 //! # Cost
-//! With r modes, n detections offered and g ≤ DETS candidates, operations a scan are at most
+//! With r modes, n detections offered and g ≤ m candidates, operations a scan are at most
 //!
 //! ```text
 //! n DETS comparisons of amplitude  (only where n > DETS)
 //! r² (mixing, two predictions and that of what is common)        not between two scans at one time
-//! 2 r² predicted measurements of both;  3 n residual forms
+//! 2 r² predicted measurements of both
+//! 3 m + r² (3 g + 2 g (g − 1)) residual forms    m = min(n, DETS) detections taken in
 //! r² (3 + 2 of twice the size) inverses, (1 + g)² + g + 1 hypotheses, one correction of both targets
 //! ```
 //!
+//! as [`ImmCoupled::worst_case`] counts them.
+//!
 //! Memory: [`CoupledState`] is all there is, r² (2 (NX² + NX) + NX²) scalars and DETS candidates; r² · 2 (NX² + NX) without what is common.
 
+use super::Work;
 use crate::coupled::as_one::AsOne;
 use crate::coupled::{Candidate, CoupledBank, CoupledInnovation, Coupling, Cross, Odds, Sums};
 use crate::error::{ConfigError, ScanError};
@@ -205,6 +209,20 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, C: Coupling<T, NX>, const NX: usize, con
             }
         }
         Ok(report)
+    }
+
+    /// The most work that a scan of at most `detections` detections can make, none with a noise of its own: the formula of this file.
+    #[must_use]
+    pub const fn worst_case(detections: usize) -> Work {
+        let (m, pairs) = (detections as u64, (MODES * MODES) as u64);
+        Work {
+            predictions: 2 * pairs,
+            innovations: 4 * pairs,
+            // Three gates; in every pair of modes a detection of one target or of both, and of two detections two residuals.
+            residuals: 3 * m + pairs * (3 * m + 2 * m * m.saturating_sub(1)),
+            corrections: 2 * pairs,
+            ..Work::imm_pdaf(0, 0, 0)
+        }
     }
 
     // One copy for all sensors.

@@ -50,7 +50,7 @@
 
 use super::picture::{Outcome, Picture, Setup, looks};
 use super::rows;
-use super::unresolved::{self, Shared, Sights};
+use super::unresolved::{self, Dwell, Shared, Sights};
 use super::{Scratch, State, Tracker, Work};
 use crate::association::{AssociationMatrix, Associator, Jpda};
 use crate::error::{ConfigError, ScanError};
@@ -171,7 +171,7 @@ where
             let doubt = self.setup.logic.doubt(track.existence, p_detect * sensor.gate().p_gate());
             let shared = sights.zip(sensor.resolution()).and_then(|(sights, resolution)| {
                 let pair = A::pairs(memory)?.iter().find(|pair| pair.rows.iter().any(|row| usize::from(*row) == slot))?;
-                Shared::new(pair, slot, (beta_0, row), sights, model, resolution, detections, selection)
+                Shared::new(pair, slot, (beta_0, row), sights, &Dwell { sensor, resolution, detections, selection })
             });
             track.unresolved = shared.is_some();
             let (missed, resets) = match &shared {
@@ -246,7 +246,7 @@ where
     pairs.clear();
     let resolution = sensor.resolution()?;
     let sights = unresolved::look(tracks, sensor);
-    unresolved::pair_up(pairs, &sights, sensor, resolution, detections, selection, diffuse);
+    unresolved::pair_up(pairs, &sights, &Dwell { sensor, resolution, detections, selection }, diffuse);
     for pair in pairs.iter() {
         for (claimed, g) in claimed.iter_mut().zip(&pair.hit) {
             *claimed |= *g > T::ZERO;

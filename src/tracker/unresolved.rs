@@ -12,7 +12,7 @@
 //! combined density, so a track remains one bank of modes, and a pair is forgotten when the scan is over. Tracks that part are two
 //! again by themselves.
 
-use crate::association::UnresolvedPair;
+use crate::association::{UnresolvedPair, UnresolvedPairs};
 use crate::coupled::as_one::{AsOne, of_one};
 use crate::coupled::{Blocks, Odds};
 use crate::model::MeasurementModel;
@@ -22,7 +22,7 @@ use crate::scan::{Detection, Selection};
 use crate::sensor::{Clutter, Sensor};
 use crate::symmetric::Symmetric;
 use crate::track::{Status, Track};
-use heapless::{Vec, VecView};
+use heapless::Vec;
 use nalgebra::SVector;
 
 /// Two tracks that are one to the sensor less often than this count as resolved.
@@ -42,6 +42,21 @@ pub(super) struct Sight<T, const NZ: usize> {
 
 /// All confirmed tracks as the sensor would measure them.
 pub(super) type Sights<T, const NZ: usize, const TRACKS: usize> = [Option<Sight<T, NZ>>; TRACKS];
+
+/// A scan of a sensor that states its resolution.
+pub(super) struct Dwell<'a, S, T, const NZ: usize, const DETS: usize> {
+    pub sensor: &'a S,
+    pub resolution: &'a Resolution<T, NZ>,
+    pub detections: &'a [Detection<T, NZ>],
+    pub selection: &'a Selection<DETS>,
+}
+
+impl<S, T, const NZ: usize, const DETS: usize> Dwell<'_, S, T, NZ, DETS> {
+    /// The detections taken in.
+    fn taken(&self) -> impl Iterator<Item = Option<&Detection<T, NZ>>> {
+        self.selection.indices.iter().map(|number| self.detections.get(usize::from(*number)))
+    }
+}
 
 /// Measures all confirmed tracks.
 #[inline(never)]
@@ -64,15 +79,12 @@ pub(super) fn look<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usi
 /// Finds the pairs and writes what they weigh as one. `diffuse` is 1 / λ where clutter is.
 #[inline(never)]
 pub(super) fn pair_up<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>(
-    pairs: &mut VecView<UnresolvedPair<T, DETS>>,
+    pairs: &mut UnresolvedPairs<T, DETS>,
     sights: &Sights<T, NZ, TRACKS>,
-    sensor: &S,
-    resolution: &Resolution<T, NZ>,
-    detections: &[Detection<T, NZ>],
-    selection: &Selection<DETS>,
+    dwell: &Dwell<'_, S, T, NZ, DETS>,
     diffuse: T,
 ) {
-    pairs.clear();
+    let Dwell { sensor, resolution, .. } = *dwell;
     let seen = |row: usize| sights.get(row).and_then(Option::as_ref);
     for _ in 0..TRACKS / 2 {
         let taken = |row: usize| pairs.iter().any(|pair| pair.rows.iter().any(|r| usize::from(*r) == row));
@@ -89,8 +101,8 @@ pub(super) fn pair_up<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: 
         let Some((rows, as_one)) = closest else { return };
         let Some(nominal) = seen(rows[0]).map(|sight| sight.noise) else { return };
         let mut hit = [T::ZERO; DETS];
-        for (column, (number, g)) in selection.indices.iter().zip(&mut hit).enumerate() {
-            let Some(detection) = detections.get(usize::from(*number)) else { continue };
+        for (column, (detection, g)) in dwell.taken().zip(&mut hit).enumerate() {
+            let Some(detection) = detection else { continue };
             let noise = detection.noise.as_ref().or(resolution.noise.as_ref());
             let (z_hat, density) = as_one.predicted(noise.unwrap_or(&nominal));
             if density.nis(&sensor.model().residual(&detection.z, &z_hat)) > sensor.gate().threshold() {
@@ -146,16 +158,14 @@ pub(super) struct Shared<T, const NZ: usize, const DETS: usize> {
 impl<T: Real, const NZ: usize, const DETS: usize> Shared<T, NZ, DETS> {
     /// Of the track in `row`, with its own probabilities `beta_0` and `beta`.
     #[inline(never)]
-    pub fn new<M: MeasurementModel<T, NX, NZ>, const NX: usize, const TRACKS: usize>(
+    pub fn new<S: Sensor<T, NX, NZ>, const NX: usize, const TRACKS: usize>(
         pair: &UnresolvedPair<T, DETS>,
         row: usize,
         (beta_0, beta): (T, &[T]),
         sights: &Sights<T, NZ, TRACKS>,
-        model: &M,
-        resolution: &Resolution<T, NZ>,
-        scan: &[Detection<T, NZ>],
-        selection: &Selection<DETS>,
+        dwell: &Dwell<'_, S, T, NZ, DETS>,
     ) -> Option<Self> {
+        let Dwell { sensor, resolution, .. } = *dwell;
         let is_first = usize::from(pair.rows[0]) == row;
         let other = sights.get(usize::from(pair.rows[usize::from(is_first)]))?.as_ref()?;
         let share = if is_first { resolution.share } else { T::ONE - resolution.share };
@@ -163,15 +173,14 @@ impl<T: Real, const NZ: usize, const DETS: usize> Shared<T, NZ, DETS> {
         let of_one = |detection: Option<&Detection<T, NZ>>| {
             let own = detection.and_then(|d| d.noise.as_ref());
             let noise = own.or(resolution.noise.as_ref()).unwrap_or(&other.noise);
-            of_one(model, (&other.z_hat, &other.spread), resolution, share, noise, detection.map(|d| &d.z))
+            of_one(sensor.model(), (&other.z_hat, &other.spread), resolution, share, noise, detection.map(|d| &d.z))
         };
-        let listed = || selection.indices.iter().filter_map(|number| scan.get(usize::from(*number)));
-        for (detection, p) in listed().zip(&pair.hit).filter(|(_, p)| **p > T::ZERO) {
-            shared.push(of_one(Some(detection)), *p);
+        for (detection, p) in dwell.taken().zip(&pair.hit).filter(|(_, p)| **p > T::ZERO) {
+            shared.push(of_one(Some(detection?)), *p);
         }
         shared.push(of_one(None), pair.miss);
-        for (detection, p) in listed().zip(beta).filter(|(_, p)| **p > T::ZERO) {
-            shared.push(*detection, *p);
+        for (detection, p) in dwell.taken().zip(beta).filter(|(_, p)| **p > T::ZERO) {
+            shared.push(*detection?, *p);
         }
         Some(shared)
     }

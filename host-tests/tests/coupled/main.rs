@@ -6,3 +6,4 @@ mod dense;
 mod properties;
 mod scene;
 mod tracker;
+mod work;
