@@ -74,7 +74,7 @@ const PDA_RESULTS: &[&str] = &["d2_all", "validated", "z_pred", "S", "K", "V", "
 const JPDA_RESULTS: &[&str] = &["n_events", "infeasible", "log_total", "beta", "log_beta", "kbest", "validated", "m"];
 
 fn strip(kind: &str, file: &mut Value) {
-    let results = match kind {
+    let results: &[&str] = match kind {
         // K is an input there: the least number of modes.
         "lms" => &[],
         "glmb" => &["steps"],

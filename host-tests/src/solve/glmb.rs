@@ -14,7 +14,7 @@ use super::{CaseSolver, Kind};
 use crate::Failure;
 use crate::precision::{Precision, Scalar};
 use boresight::association::Gate;
-use boresight::error::{ConfigError, ScanError};
+use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
 use boresight::glmb::{Label, Mixture, Ranked, Region};
 use boresight::model::linear::{LinearMeasurement, LinearMotion};
