@@ -2,6 +2,7 @@
 
 use super::configuration::Sizes;
 use super::count::Call;
+use super::labelled::Form;
 use crate::{Failure, output};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -35,7 +36,8 @@ impl Load {
         }
     }
 
-    fn figures(&self) -> [(&'static str, u64); 4] {
+    /// Each with its name.
+    pub fn figures(&self) -> [(&'static str, u64); 4] {
         [
             ("mean instructions", self.mean_instructions),
             ("worst instructions", self.worst_instructions),
@@ -91,6 +93,8 @@ pub struct Record {
     pub trackers: IndexMap<String, Figures>,
     pub kernels: IndexMap<String, Kernel>,
     pub pieces: IndexMap<String, Kernel>,
+    /// Of labelled sets
+    pub labelled: IndexMap<String, Form>,
 }
 
 impl Record {
@@ -149,7 +153,8 @@ impl Record {
             let cells = row.bytes.as_flattened().iter().enumerate();
             within(&row.name, cells.map(|(k, bytes)| (format!("size {k}"), *bytes)).collect())
         });
-        trackers.chain(kernels).chain(sizes).collect()
+        let labelled = self.labelled.iter().flat_map(|(name, form)| within(name, form.list()));
+        trackers.chain(kernels).chain(labelled).chain(sizes).collect()
     }
 }
 

@@ -17,6 +17,7 @@ mod configuration;
 mod count;
 mod figures;
 mod image;
+mod labelled;
 mod table;
 
 use crate::{Failure, output};
@@ -73,7 +74,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     let bar = progress(trackers.len() as u64 + 2);
     bar.set_message("the counter and the common images");
     let counter = image::build_counter(root)?;
-    image::build(root, &["budget", "empty", "kernels", "memory"], &[])?;
+    image::build(root, &["budget", "empty", "glmb", "kernels", "memory"], &[])?;
     bar.inc(1);
 
     let sizes = configuration::sizes(&Image::open(root, "memory")?)?;
@@ -81,6 +82,8 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     if with_kernels {
         record.kernels = measure_kernels(&counter, &Image::open(root, "budget")?, &KERNELS)?;
         record.pieces = measure_kernels(&counter, &Image::open(root, "kernels")?, &PIECES)?;
+        let glmb = Image::open(root, "glmb")?;
+        record.labelled = labelled::forms(&glmb, &on_both_boards(&counter, &glmb, &labelled::functions())?)?;
     }
     bar.inc(1);
 
