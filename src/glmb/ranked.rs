@@ -92,10 +92,10 @@ impl<T: Real, const LABELS: usize, const EVENTS: usize, const COLUMNS: usize> Tr
         let RankedMemory { ranking, matrix, idle } = memory;
         let (columns, complete) = columns::<T, GATED, COLUMNS>(problem);
         for (place, (row, (entries, idle))) in problem.rows().zip(matrix.iter_mut().zip(idle.iter_mut())).enumerate() {
-            let ln_weight = |choice| row.outcome(choice).map_or(none, |o| o.ln_weight);
-            *idle = ln_weight(fates(row).0);
+            let ln_weight = |choice: Option<u16>| choice.and_then(|choice| row.outcome(choice)).map_or(none, |o| o.ln_weight);
+            *idle = ln_weight(Some(fates(row).0));
             for (entry, column) in entries.iter_mut().zip(&columns) {
-                *entry = choice(place, row, *column).map_or(none, ln_weight);
+                *entry = ln_weight(choice(place, row, *column));
             }
         }
         let miss = |row: usize| idle.get(row).copied().unwrap_or(none);

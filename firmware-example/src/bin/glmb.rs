@@ -14,6 +14,11 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
 use twin::glmb::{self, Checksum, Linear, LinearForm, Points, PointsForm, Scans, Sigma, SigmaForm};
 
+/// Bytes of the states, in this order
+#[used]
+#[unsafe(no_mangle)]
+static STATES: [u32; 3] = [size_of::<Linear>() as u32, size_of::<Sigma>() as u32, size_of::<Points>() as u32];
+
 const _: () = assert!(size_of::<Linear>() <= 96 * 1024, "the linear form needs more memory than it may");
 
 #[unsafe(no_mangle)]

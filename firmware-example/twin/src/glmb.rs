@@ -248,8 +248,7 @@ impl Scans {
         }
         self.k += 1;
         self.count = 0;
-        for target in 0..3 {
-            let [first, last] = LIVES[target];
+        for (target, [first, last]) in LIVES.into_iter().enumerate() {
             if !(first..=last).contains(&self.k) {
                 continue;
             }

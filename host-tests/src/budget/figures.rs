@@ -2,6 +2,7 @@
 
 use super::configuration::Sizes;
 use super::count::Call;
+use super::labelled::Form;
 use super::likely::Runs;
 use crate::{Failure, output};
 use indexmap::IndexMap;
@@ -36,7 +37,8 @@ impl Load {
         }
     }
 
-    fn figures(&self) -> [(&'static str, u64); 4] {
+    /// Each with its name.
+    pub fn figures(&self) -> [(&'static str, u64); 4] {
         [
             ("mean instructions", self.mean_instructions),
             ("worst instructions", self.worst_instructions),
@@ -103,6 +105,8 @@ pub struct Record {
     pub kernels: IndexMap<String, Kernel>,
     pub pieces: IndexMap<String, Kernel>,
     pub fusion: Fusion,
+    /// Of labelled sets
+    pub labelled: IndexMap<String, Form>,
 }
 
 impl Record {
@@ -166,7 +170,8 @@ impl Record {
             within(name, vec![("modes a thousand tracks".to_owned(), 1000 * modes / tracks.max(&1))])
         });
         let fusion = [("fusion, ram".to_owned(), self.fusion.ram), ("fusion, flash".to_owned(), self.fusion.flash)];
-        trackers.chain(fusion).chain(runs).chain(kernels).chain(sizes).collect()
+        let labelled = self.labelled.iter().flat_map(|(name, form)| within(name, form.list()));
+        trackers.chain(fusion).chain(labelled).chain(runs).chain(kernels).chain(sizes).collect()
     }
 }
 

@@ -18,6 +18,7 @@ mod configuration;
 mod count;
 mod figures;
 mod image;
+mod labelled;
 mod likely;
 mod table;
 
@@ -75,7 +76,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     let bar = progress(trackers.len() as u64 + 2);
     bar.set_message("the counter and the common images");
     let counter = image::build_counter(root)?;
-    image::build(root, &["budget", "empty", "fusion", "kernels", "memory", "unfused"], &[])?;
+    image::build(root, &["budget", "empty", "fusion", "glmb", "kernels", "memory", "unfused"], &[])?;
     bar.inc(1);
 
     let memory = Image::open(root, "memory")?;
@@ -86,6 +87,8 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
         let fusion = Image::open(root, "fusion")?;
         let flash = fusion.flash()?.saturating_sub(Image::open(root, "unfused")?.flash()?);
         record.fusion = Fusion { ram: configuration::picture(&memory)?, flash, calls: measure_fusion(&counter, &fusion)? };
+        let glmb = Image::open(root, "glmb")?;
+        record.labelled = labelled::forms(&glmb, &on_both_boards(&counter, &glmb, &labelled::functions())?)?;
     }
     bar.inc(1);
 

@@ -3,6 +3,7 @@
 use super::bound;
 use super::configuration::{DETECTIONS, PIECES, ROOMS, Sizes, TRACKS, trackers};
 use super::figures::{Figures, Fusion, Kernel, Record};
+use super::labelled;
 use crate::{Failure, output};
 use std::fmt::Write;
 use std::path::Path;
@@ -47,7 +48,6 @@ pub fn render(record: &Record) -> Result<String, Failure> {
         if adversarial.worst_cycles.max(recorded.worst_cycles) > cycles {
             return Err(Failure::check("more cycles observed than the bound gives: calibrate it anew").within(name));
         }
-        let ms = |cycles: u64| format!("{:.2}", cycles as f64 / CLOCK * 1e3);
         let cells = [
             name,
             ram.to_string(),
@@ -70,6 +70,7 @@ pub fn render(record: &Record) -> Result<String, Failure> {
     sizes(&mut text, &record.sizes);
     gtrack(&mut text, record);
     fusion(&mut text, record)?;
+    labelled::render(&mut text, &record.labelled);
     kernels(&mut text, record);
     Ok(text)
 }
@@ -142,12 +143,18 @@ fn fusion(text: &mut String, record: &Record) -> Result<(), Failure> {
             return Err(Failure::check("more cycles observed than the bound gives: calibrate it anew").within(name));
         }
         let kilo = |n: u64| format!("{:.1}", n as f64 / 1e3);
-        row(text, [name.clone(), kilo(*instructions), kilo(*cycles), format!("{:.2}", *cycles as f64 / CLOCK * 1e3), stack.to_string()]);
+        row(text, [name.clone(), kilo(*instructions), kilo(*cycles), ms(*cycles), stack.to_string()]);
     }
     Ok(())
 }
 
-fn row<S: AsRef<str>>(text: &mut String, cells: impl IntoIterator<Item = S>) {
+/// Milliseconds of so many cycles.
+pub fn ms(cycles: u64) -> String {
+    format!("{:.2}", cycles as f64 / CLOCK * 1e3)
+}
+
+/// One row.
+pub fn row<S: AsRef<str>>(text: &mut String, cells: impl IntoIterator<Item = S>) {
     for cell in cells {
         let _ = write!(text, "| {} ", cell.as_ref());
     }

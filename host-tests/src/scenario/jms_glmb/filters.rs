@@ -214,7 +214,9 @@ fn noise<T: Scalar>(acceleration: f64) -> ProcessNoise<T> {
 }
 
 /// Straight on, right and left.
-fn three<T: Scalar>(setting: Setting) -> Result<(ConstantVelocity<T, 2>, KnownTurn<T, 2>, KnownTurn<T, 2>), ConfigError> {
+type Three<T> = (ConstantVelocity<T, 2>, KnownTurn<T, 2>, KnownTurn<T, 2>);
+
+fn three<T: Scalar>(setting: Setting) -> Result<Three<T>, ConfigError> {
     let (noise, rate) = (noise(setting.acceleration), T::lit(data::TURN_RATE));
     Ok((ConstantVelocity::new(noise)?, KnownTurn::new(-rate, noise)?, KnownTurn::new(rate, noise)?))
 }
