@@ -197,6 +197,8 @@ pub struct Report {
     pub clusters_approximated: u16,
     /// Clusters without any possible joint event: their tracks count as not detected
     pub clusters_infeasible: u16,
+    /// Pairs of tracks that the sensor may not tell apart, beyond the room for them: they count as resolved
+    pub pairs_refused: u16,
     /// Every association probability of a bounded cluster is within this of the exact one
     pub association_error_bound: f32,
 }
@@ -229,5 +231,6 @@ impl Report {
             && self.clusters_bounded == 0
             && self.clusters_approximated == 0
             && self.clusters_infeasible == 0
+            && self.pairs_refused == 0
     }
 }

@@ -36,6 +36,10 @@ pub const PIECES: [&str; 11] = [
     "cluster16_32",
 ];
 
+/// What the image `coupled` exports: a scan that moves the targets and another at the same time, 9 pairs of modes over 18 states, with
+/// the cross covariance and without.
+pub const COUPLED: [&str; 4] = ["coupled18_first", "coupled18_second", "apart18_first", "apart18_second"];
+
 /// A kind of tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {

@@ -20,7 +20,7 @@ mod image;
 mod table;
 
 use crate::{Failure, output};
-use configuration::{KERNELS, PIECES, Tracker, trackers};
+use configuration::{COUPLED, KERNELS, PIECES, Tracker, trackers};
 use count::{Board, Call};
 use figures::{Figures, Kernel, Load, Record};
 use image::Image;
@@ -73,7 +73,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     let bar = progress(trackers.len() as u64 + 2);
     bar.set_message("the counter and the common images");
     let counter = image::build_counter(root)?;
-    image::build(root, &["budget", "empty", "kernels", "memory"], &[])?;
+    image::build(root, &["budget", "coupled", "empty", "kernels", "memory"], &[])?;
     bar.inc(1);
 
     let sizes = configuration::sizes(&Image::open(root, "memory")?)?;
@@ -81,6 +81,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     if with_kernels {
         record.kernels = measure_kernels(&counter, &Image::open(root, "budget")?, &KERNELS)?;
         record.pieces = measure_kernels(&counter, &Image::open(root, "kernels")?, &PIECES)?;
+        record.pieces.extend(measure_kernels(&counter, &Image::open(root, "coupled")?, &COUPLED)?);
     }
     bar.inc(1);
 
