@@ -24,17 +24,10 @@
 //! were not found and those below the threshold; not what lies outside gates.
 //!
 //! # Cost
-//! With s tracks in the table, b births, h hypotheses of at most ℓ = LABELS rows, m detections and g = GATED, a scan costs at most
-//!
-//! ```text
-//! s predictions of a density,  (s + b) m residuals in every component,  (s + b) g exponentials
-//! h rows of events: for Ranked of K events and C columns 3 K ℓ (ℓ + 2) C looks, for Gibbs of K sweeps K ℓ² g
-//! h (ℓ² g² comparisons + 448 ℓ multiply-adds) for the total weight
-//! h K offers of log₂ HYPS swaps,  HYPS log₂ HYPS comparisons of sets, twice
-//! s updates of a density
-//! ```
-//!
-//! and with births from detections m predictions and rows more. [`GlmbState`] is all the memory there is.
+//! Every loop is bounded by the capacities. The formula of all of them is in `glmb/work.rs` and, for given ones,
+//! [`GlmbState::worst_case`]; what a scan costs in the mean is far less: a prediction and a row for every track in the table, and
+//! a few assignments for every hypothesis. Gibbs sampling takes K LABELS² GATED comparisons a hypothesis for K sweeps instead of
+//! the assignments. [`GlmbState`] is all the memory there is.
 
 use super::glmb_cycle::{Arrivals, Births};
 use super::glmb_state::GlmbState;
