@@ -62,6 +62,7 @@ use rand_core::{Rng, TryRng};
 /// use boresight::tracker::{GlmbState, JmsGlmb};
 /// use nalgebra::SVector;
 ///
+/// type Modes = (ConstantVelocity<f32, 2>, KnownTurn<f32, 2>);
 /// // States (x, vx, y, vy), 2 modes of one Gaussian each; 24 tracks, 16 hypotheses of up to 6 targets, 4 detections of a
 /// // track and 32 of a scan.
 /// type Events = Ranked<16, 16>;
@@ -70,7 +71,7 @@ use rand_core::{Rng, TryRng};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let noise = ProcessNoise::Discrete(1.0); // (m/s²)²
-/// let modes = (ConstantVelocity::new(noise)?, KnownTurn::new(0.1, noise)?); // rad/s
+/// let modes: Modes = (ConstantVelocity::new(noise)?, KnownTurn::new(0.1, noise)?); // rad/s
 /// let gates = Gaussian::new(SVector::zeros(), Symmetric::from_diagonal([1e4, 400.0, 1e4, 400.0])); // m², (m/s)²
 /// let tracker = JmsGlmb::<f32, _, _, 4, 2, 2>::new(modes, [[0.9, 0.1], [0.1, 0.9]], 0.99, Events {})?
 ///     .with_region(Region::new(0.02, gates, [1.0, 0.0])?)?
