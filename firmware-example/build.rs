@@ -10,7 +10,8 @@ use std::{env, fs, path::PathBuf};
 /// Images that log through defmt.
 const WITH_DEFMT: [&str; 1] = ["demo"];
 /// Images that print plain text, or nothing.
-const WITHOUT_DEFMT: [&str; 8] = ["budget", "empty", "fusion", "kernels", "memory", "record", "selftest", "tracker"];
+const WITHOUT_DEFMT: [&str; 11] =
+    ["budget", "coupled", "empty", "fusion", "glmb", "kernels", "memory", "record", "selftest", "tracker", "unfused"];
 
 /// A library built with defmt support leaves sections that only defmt's script places.
 const NO_DEFMT_X: &str = "SECTIONS { /DISCARD/ : { *(.defmt .defmt.*); } }\n";

@@ -26,6 +26,8 @@ pub enum ConfigError {
     BadThresholds,
     /// Likely modes with thresholds out of order or an impossible minimum: 0 ≤ t₁ < t₂ ≤ 1 and 1 ≤ K ≤ modes are needed.
     BadLikelyModes,
+    /// More birth regions than there is room for.
+    TooManyRegions,
     /// An unambiguous speed for a radar that does not measure range-rate.
     NoRangeRate,
 }
@@ -47,6 +49,8 @@ pub enum ScanError {
     SensorNotFinite,
     /// The gate was made for measurements of another dimension.
     GateDimension,
+    /// The sensor states no density of clutter, and the tracker cannot do without.
+    ClutterUnknown,
 }
 
 impl fmt::Display for ConfigError {
@@ -60,6 +64,7 @@ impl fmt::Display for ConfigError {
             ConfigError::BadWindow => "M-of-N logic needs 1 <= M <= N <= 32",
             ConfigError::BadThresholds => "existence needs 0 < delete < birth < 1 and delete < confirm < 1",
             ConfigError::BadLikelyModes => "likely modes need 0 <= t1 < t2 <= 1 and 1 <= K <= the number of modes",
+            ConfigError::TooManyRegions => "more birth regions than there is room for",
             ConfigError::NoRangeRate => "the radar does not measure range-rate",
         })
     }
@@ -74,6 +79,7 @@ impl fmt::Display for ScanError {
             ScanError::OffsetTooLarge => "a detection is more than a minute from its scan",
             ScanError::SensorNotFinite => "the place, mounting or noise of the sensor is not finite",
             ScanError::GateDimension => "the gate was made for measurements of another dimension",
+            ScanError::ClutterUnknown => "the sensor states no clutter density",
         })
     }
 }

@@ -16,7 +16,7 @@
 //! leaves nothing definite of P − G E G'. An innovation knows whether it is so [`sharp`](Innovation::sharp), and
 //! [`Gaussian::update_joseph`] then does what only adds positive terms, at about three times the cost.
 
-use crate::scalar::{Real, exp2, ln};
+use crate::scalar::{Real, exp2, larger, ln};
 use crate::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
 
@@ -161,6 +161,13 @@ pub(crate) fn noise_is_sharp<T: Real, const NZ: usize>(spread: &Symmetric<T, NZ>
     (0..NZ).fold(false, |sharp, k| sharp | (noise.upper()[k][k] < share * spread.upper()[k][k]))
 }
 
+/// `noise` with every variance raised to where it is no longer sharp beside that of the predicted measurement.
+#[inline(always)]
+pub(crate) fn blunted<T: Real, const NZ: usize>(noise: &Symmetric<T, NZ>, spread: &Symmetric<T, NZ>) -> Symmetric<T, NZ> {
+    let share = T::EPSILON * T::lit(SHARP);
+    Symmetric::from_fn(|k, l| if k == l { larger(noise.upper()[k][k], share * spread.upper()[k][k]) } else { noise.upper()[k][l] })
+}
+
 impl<T: Real, const NX: usize> Gaussian<T, NX> {
     /// All zero bits: what a free track slot holds.
     pub const ZERO: Self = Self { mean: zero_vector(), cov: Symmetric::zeros() };
@@ -269,11 +276,10 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
             out.mean += g.mean * weight;
         }
         for (weight, g) in components {
-            let d = g.mean - out.mean;
-            let p = out.cov.upper_mut();
-            for i in 0..NX {
-                for j in i..NX {
-                    p[i][j] += weight * (g.cov.upper()[i][j] + d.data.0[0][i] * d.data.0[0][j]);
+            let d = (g.mean - out.mean).data.0[0];
+            for (i, ((row, own), first)) in out.cov.upper_mut().iter_mut().zip(g.cov.upper()).zip(&d).enumerate() {
+                for ((p, own), second) in row.iter_mut().zip(own).zip(&d).skip(i) {
+                    *p += weight * (*own + *first * *second);
                 }
             }
         }

@@ -58,12 +58,17 @@
 //! | [`ImmPdaf`](tracker::ImmPdaf) | manoeuvring, in clutter, apart from each other most of the time | here |
 //! | [`ImmJpda`](tracker::ImmJpda) | the same, close to each other and crossing | here |
 //! | [`LmsJpda`](tracker::LmsJpda) | the same with many modes, of which each track runs the likely ones | here |
-//! | merged-measurement coupled filter, jump-Markov GLMB | unresolved, labelled | not yet |
+//! | [`ImmCoupled`](tracker::ImmCoupled) | two that the sensor may not tell apart, with what they have in common | here |
+//! | [`JmsGlmb`](tracker::JmsGlmb) | manoeuvring, coming and going in heavy clutter, with an identity each | here |
+//! | any of them a sensor, and a [`Combiner`](fusion::Combiner) | seen by several sensors whose tracks, not plots, can be had | here |
 //!
 //! `ImmPdaf` with one mode is the PDAF; with [`NearestNeighbour`](association::NearestNeighbour) the nearest-neighbour
 //! filter. `ImmJpda` takes [`Jpda`](association::Jpda), or [`Gnn`](association::Gnn) as a baseline; with one mode it is the
-//! JPDAF. [`Logic`](track::Logic) ends tracks by counting misses, or by the probability that their targets exist: then they
-//! are the IPDA and the JIPDA. Wrap a model in [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
+//! JPDAF. Where two targets may give one plot between them, a sensor that states its [`Resolution`](model::resolution::Resolution)
+//! and the association [`MergingJpda`](association::MergingJpda) are all that it takes. [`Logic`](track::Logic) ends tracks by
+//! counting misses, or by the probability that their targets exist: then they are the IPDA and the JIPDA. `JmsGlmb` keeps
+//! hypotheses of which targets there are and which detections were theirs, instead of tracks one by one: their number and their
+//! identities are decided together. Wrap a model in [`Unscented`](model::unscented::Unscented) and it filters by sigma points.
 //!
 //! # Layers
 //!
@@ -77,8 +82,10 @@
 //! | [`mode`] | several models at once: the mode bank, the interacting multiple model, the set of likely modes |
 //! | [`association`] | gates; from likelihood ratios to probabilities, knowing no state: single, joint, assignment |
 //! | [`scan`], [`sensor`] | what goes in and comes out; P_D and clutter |
+//! | [`coupled`] | two targets as one density, and what a scan says of both |
 //! | [`evidence`] | what a scan says of one track: gate, score, absorb |
 //! | [`track`], [`initiation`] | identity, confirmation, deletion; starting tracks from plots |
+//! | [`glmb`] | labelled random finite sets: densities, hypotheses, truncation |
 //! | [`tracker`] | complete trackers, each with its equations, its memory and its `step` |
 //! | [`plots`], [`ready`] | a scan gathered plot by plot; trackers of chosen sizes whose configuration is a flat structure |
 //! | [`telemetry`] | one record a scan: tracks, report, cost |
@@ -104,13 +111,17 @@
 
 #[macro_use]
 mod unrolled;
+mod bytes;
+mod counter;
+mod order;
 
 pub mod association;
-mod bytes;
+pub mod coupled;
 pub mod error;
 pub mod evidence;
 pub mod fusion;
 pub mod gaussian;
+pub mod glmb;
 pub mod initiation;
 #[cfg(feature = "link")]
 pub mod link;

@@ -131,6 +131,8 @@ pub(crate) struct Selection<const DETS: usize> {
     /// Their numbers in the scan, ascending
     pub indices: heapless::Vec<u16, DETS>,
     pub dropped: u16,
+    /// Whether none has a noise or a time of its own
+    plain: bool,
 }
 
 impl<const DETS: usize> Selection<DETS> {
@@ -153,7 +155,14 @@ impl<const DETS: usize> Selection<DETS> {
             }
         }
         let dropped = detections.len() - indices.len();
-        Self { indices, dropped: u16::try_from(dropped).unwrap_or(u16::MAX) }
+        let plain = Candidates::new(detections, &indices).plain;
+        Self { indices, dropped: u16::try_from(dropped).unwrap_or(u16::MAX), plain }
+    }
+
+    /// All of them.
+    #[inline(always)]
+    pub fn candidates(&self) -> Candidates<'_> {
+        Candidates { numbers: &self.indices, plain: self.plain }
     }
 
     /// Finds the entries of `row`, one for each kept detection, by the number of the detection. Numbers must ascend from
@@ -162,6 +171,23 @@ impl<const DETS: usize> Selection<DETS> {
     pub fn walk<'a, E>(&'a self, row: &'a mut [E]) -> impl FnMut(u16) -> Option<&'a mut E> {
         let mut entries = self.indices.iter().zip(row);
         move |number| entries.find(|(index, _)| **index == number).map(|(_, entry)| entry)
+    }
+}
+
+/// The detections of a scan that may be a target's.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidates<'a> {
+    pub(crate) numbers: &'a [u16],
+    /// Whether none has a noise or a time of its own: looked up once a scan, for all tracks
+    pub(crate) plain: bool,
+}
+
+impl<'a> Candidates<'a> {
+    /// Those of `detections` with the numbers `numbers`, which ascend. Numbers beyond the last are ignored.
+    #[must_use]
+    pub fn new<T: Real, const NZ: usize>(detections: &[Detection<T, NZ>], numbers: &'a [u16]) -> Self {
+        let plain = |number: &u16| detections.get(usize::from(*number)).is_none_or(Detection::is_plain);
+        Self { numbers, plain: numbers.iter().all(plain) }
     }
 }
 
@@ -214,6 +240,8 @@ pub struct Report {
     pub clusters_infeasible: u16,
     /// Every association probability of a bounded cluster is within this of the exact one
     pub association_error_bound: f32,
+    /// A bound on the share of probability that hypotheses given up had; their L1 error is at most twice as large
+    pub truncated_mass: f32,
 }
 
 impl Report {
@@ -244,5 +272,6 @@ impl Report {
             && self.clusters_bounded == 0
             && self.clusters_approximated == 0
             && self.clusters_infeasible == 0
+            && self.truncated_mass == 0.0
     }
 }

@@ -3,6 +3,7 @@
 use crate::association::Gate;
 use crate::error::ConfigError;
 use crate::model::MeasurementModel;
+use crate::model::resolution::Resolution;
 use crate::scalar::Real;
 use nalgebra::SVector;
 
@@ -35,6 +36,11 @@ pub trait Sensor<T: Real, const NX: usize, const NZ: usize> {
     }
     /// The validation gate.
     fn gate(&self) -> &Gate<T>;
+    /// What it cannot tell apart; where it does not say, every target gives a detection of its own, and no code is made for others.
+    #[inline(always)]
+    fn resolution(&self) -> Option<&Resolution<T, NZ>> {
+        None
+    }
 }
 
 /// A sensor with the same detection probability and clutter everywhere.
@@ -93,5 +99,43 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
     #[inline(always)]
     fn gate(&self) -> &Gate<T> {
         &self.gate
+    }
+}
+
+/// A sensor that sees two targets within its cells as one.
+#[derive(Clone, Copy, Debug)]
+pub struct Unresolving<S, T, const NZ: usize> {
+    /// The sensor
+    pub sensor: S,
+    /// Its cells
+    pub resolution: Resolution<T, NZ>,
+}
+
+impl<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize> Sensor<T, NX, NZ> for Unresolving<S, T, NZ> {
+    type Model = S::Model;
+
+    #[inline(always)]
+    fn model(&self) -> &S::Model {
+        self.sensor.model()
+    }
+    #[inline(always)]
+    fn p_detect(&self, x: &SVector<T, NX>) -> T {
+        self.sensor.p_detect(x)
+    }
+    #[inline(always)]
+    fn clutter(&self, z: &SVector<T, NZ>) -> Clutter<T> {
+        self.sensor.clutter(z)
+    }
+    #[inline(always)]
+    fn uniform_clutter(&self) -> Option<Clutter<T>> {
+        self.sensor.uniform_clutter()
+    }
+    #[inline(always)]
+    fn gate(&self) -> &Gate<T> {
+        self.sensor.gate()
+    }
+    #[inline(always)]
+    fn resolution(&self) -> Option<&Resolution<T, NZ>> {
+        Some(&self.resolution)
     }
 }

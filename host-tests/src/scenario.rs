@@ -10,8 +10,11 @@
 //! metrics are numbers in SI units, or null where they are not defined.
 
 mod gomes;
+mod jeong_tugnait;
+mod jms_glmb;
 mod kashyap;
 mod kashyap_b;
+mod ti_separation;
 
 use crate::{Failure, Precision, output};
 use indexmap::IndexMap;
@@ -20,7 +23,17 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Every scenario that `list` shows and `run` knows.
-pub static SCENARIOS: &[Scenario] = &[kashyap::SCENARIO, kashyap_b::SCENARIO, gomes::MAIN, gomes::WIDE, gomes::SUDDEN];
+pub static SCENARIOS: &[Scenario] = &[
+    kashyap::SCENARIO,
+    kashyap_b::SCENARIO,
+    gomes::MAIN,
+    gomes::WIDE,
+    gomes::SUDDEN,
+    jeong_tugnait::SCENARIO,
+    ti_separation::SCENARIO,
+    jms_glmb::LINEAR,
+    jms_glmb::NONLINEAR,
+];
 
 /// A scenario as the table holds it.
 #[derive(Debug, Clone, Copy)]

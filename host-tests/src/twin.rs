@@ -35,7 +35,7 @@ pub fn run(root: &Path, check: bool) -> Result<(), Failure> {
     let mut text = inputs(&cases)?;
     // The expected bits belong to the scans compiled in: after a change of these, run the command once more.
     let mut bits = Bits::default();
-    twin::run(&mut bits, &mut radar::State::new(), &mut radar::SingleState::new()).map_err(|fault| Failure::input(format!("{fault:?}")))?;
+    twin::run(&mut bits, &mut Box::default()).map_err(|fault| Failure::input(format!("{fault:?}")))?;
     let _ = writeln!(text, "\n/// The bits of all results, in order.\npub static EXPECTED: [u32; {}] = [", bits.0.len());
     for line in bits.0.chunks(8) {
         let line: Vec<String> = line.iter().map(|b| format!("{b:#010x}")).collect();

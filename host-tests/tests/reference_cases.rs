@@ -60,15 +60,38 @@ const LMS: &[Compared] = &[
     ("steps", "P", Relative, 1e-8),
 ];
 
+const COUPLED_SCAN: &[Compared] = &[
+    ("result.consistent", "P_merged", Absolute, 1e-8),
+    ("result.consistent", "marginal", Absolute, 1e-8),
+    ("result.consistent", "x", Relative, 1e-8),
+    ("result.consistent", "P", Relative, 1e-8),
+];
+const COUPLED_CYCLE: &[Compared] = &[
+    ("result.consistent", "mu1", Absolute, 1e-8),
+    ("result.consistent", "mu2", Absolute, 1e-8),
+    ("result.consistent", "x", Relative, 1e-8),
+    ("result.consistent", "P", Relative, 1e-8),
+];
+
+const GLMB: &[Compared] = &[
+    ("steps", "cardinality", Absolute, 1e-7),
+    ("labels", "label", Equal, 0.0),
+    ("labels", "r", Absolute, 1e-7),
+    ("labels", "x", Relative, 1e-6),
+    ("labels", "mode", Absolute, 1e-6),
+];
+
 /// What `solve` may read of a step; all else is a result, as is of a case what is named here.
 const STEP_INPUTS: [&str; 5] = ["z", "F", "Q", "H", "R"];
 const PDA_RESULTS: &[&str] = &["d2_all", "validated", "z_pred", "S", "K", "V", "parametric", "nonparametric"];
 const JPDA_RESULTS: &[&str] = &["n_events", "infeasible", "log_total", "beta", "log_beta", "kbest", "validated", "m"];
 
 fn strip(kind: &str, file: &mut Value) {
-    let results = match kind {
+    let results: &[&str] = match kind {
         // K is an input there: the least number of modes.
         "lms" => &[],
+        _ if kind.starts_with("coupled") => &["result"],
+        "glmb" => &["steps"],
         _ if kind.starts_with("jpda") => JPDA_RESULTS,
         _ => PDA_RESULTS,
     };
@@ -100,16 +123,16 @@ fn deviation(mode: Mode, reference: &Value, solved: &Value) -> f64 {
     if mode == Relative { worst / largest } else { worst }
 }
 
-/// The values of a field: of the case, of a container in it, of every step, or of every target of every step.
+/// The values of a field: of the case, of a container in it, of every step, or of every target or label of every step.
 fn pick<'a>(case: &'a Value, container: &str, field: &str) -> Vec<&'a Value> {
     match container {
         "" => vec![&case[field]],
-        "targets" => {
-            let targets = case["steps"].as_array().into_iter().flatten().filter_map(|step| step["targets"].as_array()).flatten();
+        "targets" | "labels" => {
+            let targets = case["steps"].as_array().into_iter().flatten().filter_map(|step| step[container].as_array()).flatten();
             targets.map(|target| &target[field]).collect()
         }
         "steps" => case["steps"].as_array().into_iter().flatten().map(|step| &step[field]).collect(),
-        other => vec![&case[other][field]],
+        other => vec![&other.split('.').fold(case, |value, key| &value[key])[field]],
     }
 }
 
@@ -174,6 +197,9 @@ held! {
     nonparametric_jpda_in_double_precision: "jpda_nonparametric" F64 1.0 JPDA;
     immjpdaf_in_double_precision: "immjpdaf" F64 1.0 IMMJPDAF;
     lms_in_double_precision: "lms" F64 1.0 LMS;
+    coupled_scan_in_double_precision: "coupled_jpdam" F64 1.0 COUPLED_SCAN;
+    coupled_cycle_in_double_precision: "coupled_cycle" F64 1.0 COUPLED_CYCLE;
+    glmb_in_double_precision: "glmb" F64 1.0 GLMB;
     kf_in_single_precision: "kf" F32 1e6 KF;
     ekf_in_single_precision: "ekf" F32 1e6 NONLINEAR;
     imm_in_single_precision: "imm" F32 1e6 IMM;
@@ -184,6 +210,9 @@ held! {
     nonparametric_jpda_in_single_precision: "jpda_nonparametric" F32 1e6 JPDA;
     immjpdaf_in_single_precision: "immjpdaf" F32 1e6 IMMJPDAF;
     lms_in_single_precision: "lms" F32 1e6 LMS;
+    coupled_scan_in_single_precision: "coupled_jpdam" F32 1e6 COUPLED_SCAN;
+    coupled_cycle_in_single_precision: "coupled_cycle" F32 1e6 COUPLED_CYCLE;
+    glmb_in_single_precision: "glmb" F32 1e3 GLMB;
 }
 
 /// Single precision cannot hold sigma points with α = 1e-3: their distance from the mean is 2e-3 standard deviations, a

@@ -22,7 +22,7 @@ use boresight::gaussian::{Correction, Gaussian, Innovation};
 use boresight::mode::ModeBank;
 use boresight::model::MeasurementModel;
 use boresight::model::linear::LinearMeasurement;
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -187,7 +187,7 @@ fn tracked<const N: usize, const NZ: usize>(
         if number % 2 == 0 { Detection::new(z) } else { Detection::new(z).with_noise(sensor.model.noise) }
     });
     let mut evidence = Evidence::<f32, 4>::new();
-    evidence.gate(&bank, &predicted, &sensor, &detections, &[0, 1, 2, 3]);
+    evidence.gate(&bank, &predicted, &sensor, &detections, Candidates::new(&detections, &[0, 1, 2, 3]));
     let found = evidence.pda(&mut bank, &predicted, &sensor, &detections, 1.0);
     *g = bank.modes[0];
     found.resets == 0

@@ -17,7 +17,8 @@
 //! and Cox 1997).
 
 use super::assignment::{Assignment, Search};
-use crate::scalar::Real;
+use crate::order::bring;
+use crate::scalar::{Real, larger};
 
 /// What one row may not take.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +65,10 @@ pub struct KBest<T, const TRACKS: usize, const DETS: usize, const K: usize> {
     order: [u16; K],
     count: usize,
     rows: usize,
+    /// Events of a smaller weight are of no interest
+    ln_least: T,
+    /// Whether any event was not kept
+    cut: bool,
     parent: Assignment<T, TRACKS, DETS>,
     child: Assignment<T, TRACKS, DETS>,
     over_rows: Search<T, TRACKS>,
@@ -86,6 +91,8 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const K: usize> KBest<T, T
             order: [0; K],
             count: 0,
             rows: 0,
+            ln_least: T::ZERO,
+            cut: false,
             parent: Assignment::new(),
             child: Assignment::new(),
             over_rows: Search::new(),
@@ -99,11 +106,28 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const K: usize> KBest<T, T
     /// added row by row, come in lexicographic order. Where more events tie for the last places than fit, the same ones
     /// are kept every time, but not necessarily the lexicographically first.
     pub fn rank(&mut self, rows: usize, columns: usize, miss: impl Fn(usize) -> T, hit: impl Fn(usize, usize) -> T) -> usize {
-        (self.rows, self.count) = (rows.min(TRACKS), 0);
+        let infinity = T::ONE / T::ZERO;
+        self.rank_above(-infinity, infinity, rows, columns, miss, hit)
+    }
+
+    /// [`rank`](Self::rank) for events whose logarithm is at least `ln_least` and at most `ln_span` below that of the first: nothing
+    /// is searched for behind the last of them.
+    pub fn rank_above(
+        &mut self,
+        ln_least: T,
+        ln_span: T,
+        rows: usize,
+        columns: usize,
+        miss: impl Fn(usize) -> T,
+        hit: impl Fn(usize, usize) -> T,
+    ) -> usize {
+        (self.rows, self.count, self.ln_least, self.cut) = (rows.min(TRACKS), 0, ln_least, false);
         if !self.parent.solve(rows, columns, &miss, &hit) {
             return 0;
         }
         self.keep(0, core::array::from_fn(|row| entry(self.parent.column(row))), &miss, &hit);
+        let best = self.ln_weights.first().map_or(ln_least, |best| *best - ln_span);
+        self.ln_least = larger(ln_least, best);
         for delivered in 1..K {
             if delivered > self.count {
                 break;
@@ -113,6 +137,12 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const K: usize> KBest<T, T
         // Ties were found in any order, and sums differ by rounding from what the searches went by.
         (1..self.count).for_each(|place| self.sort_in(0, place));
         self.count
+    }
+
+    /// Whether the events are all that there are.
+    #[must_use]
+    pub fn is_exhaustive(&self) -> bool {
+        !self.cut && self.count < K
     }
 
     /// (logarithm of the weight, event) in order. An event has one entry a row: 0 is a miss, j + 1 is column j.
@@ -141,7 +171,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const K: usize> KBest<T, T
     fn sort_in(&mut self, first: usize, place: usize) {
         let Some(&k) = self.order.get(place) else { return };
         let rank = self.rank_among(first, place, self.ln_weight(k), self.event(k).unwrap_or(&[]));
-        self.order.get_mut(rank..=place).into_iter().for_each(|moved| moved.rotate_right(1));
+        bring(&mut self.order, place, rank);
     }
 
     /// Delivers the last of the first `delivered` events: the best events of the children of its node wait behind it.
@@ -193,11 +223,19 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const K: usize> KBest<T, T
     fn keep(&mut self, delivered: usize, event: [u16; TRACKS], miss: &impl Fn(usize) -> T, hit: &impl Fn(usize, usize) -> T) {
         let choices = event.iter().enumerate().take(self.rows);
         let ln_weight = choices.fold(T::ZERO, |sum, (row, &choice)| sum + column(choice).map_or_else(|| miss(row), |j| hit(row, j)));
+        if ln_weight < self.ln_least {
+            self.cut = true;
+            return;
+        }
         if self.count < K {
             self.order.iter_mut().skip(self.count).take(1).for_each(|k| *k = self.count as u16);
             self.count += 1;
-        } else if self.rank_among(delivered, K, ln_weight, event.get(..self.rows).unwrap_or(&[])) == K {
-            return;
+        } else {
+            // This event or the last of the others.
+            self.cut = true;
+            if self.rank_among(delivered, K, ln_weight, event.get(..self.rows).unwrap_or(&[])) == K {
+                return;
+            }
         }
         let last = self.count - 1;
         let slot = self.order.get(last).map_or(K, |&k| usize::from(k));

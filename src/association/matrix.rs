@@ -10,7 +10,8 @@
 //!
 //! A factor common to a row changes nothing. Association sees these numbers and never a state.
 
-use crate::scalar::Real;
+use super::merging::UnresolvedPairs;
+use crate::scalar::{Real, larger};
 
 /// What is known of clutter, as far as joint events care.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +73,12 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> AssociationMatrix<T, TRACK
         }
     }
 
+    /// Becomes `other`, in place.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        (self.clutter, self.domain, self.columns) = (other.clutter, other.domain, other.columns);
+        (self.miss, self.hit) = (other.miss, other.hit);
+    }
+
     /// Detections in this scan.
     #[must_use]
     pub fn columns(&self) -> usize {
@@ -97,7 +104,13 @@ pub trait Associator<T: Real, const TRACKS: usize, const DETS: usize> {
     /// New memory.
     const MEMORY: Self::Memory;
 
-    /// Replaces the weights of every row by probabilities that sum to one.
+    /// The pairs of tracks that may have one detection between them, if it weighs such: those of the last scan, to be replaced.
+    #[inline(always)]
+    fn pairs(_memory: &mut Self::Memory) -> Option<&mut UnresolvedPairs<T, DETS>> {
+        None
+    }
+
+    /// Replaces the weights of every row by probabilities that sum to one; where pairs are one, less what they have together.
     fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness;
 }
 
@@ -117,6 +130,14 @@ pub struct Completeness {
 }
 
 impl Completeness {
+    /// What holds of two associations that one answer is made of: the worse of each.
+    pub(super) fn join(&mut self, other: Self) {
+        self.bounded = self.bounded.max(other.bounded);
+        self.approximated = self.approximated.max(other.approximated);
+        self.infeasible = self.infeasible.max(other.infeasible);
+        self.error_bound = larger(self.error_bound, other.error_bound);
+    }
+
     /// Whether all probabilities are those of all joint events.
     #[must_use]
     pub fn is_exact(&self) -> bool {

@@ -9,6 +9,7 @@ mod jpda;
 mod k_best;
 mod lbp;
 mod matrix;
+mod merging;
 mod partition;
 mod scaling;
 mod single;
@@ -22,6 +23,7 @@ pub use gnn::Gnn;
 pub use jpda::{Jpda, JpdaMemory};
 pub use k_best::KBest;
 pub use matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
+pub use merging::{MergingJpda, MergingMemory, UnresolvedPair, UnresolvedPairs};
 pub use single::{NearestNeighbour, Pda, PrintedPda, SingleAssociator};
 #[cfg(feature = "count")]
 pub use work::take_operations;

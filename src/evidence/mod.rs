@@ -15,26 +15,28 @@
 //!
 //! | file | of what |
 //! |---|---|
-//! | `sums.rs` | what detections add up to in every mode, and the update by it |
-//! | `apart.rs` | what plain sums do not serve: a noise of their own, sharp noise, detections far from every mode |
+//! | `update.rs` | what detections add up to in every mode, and the update by it |
+//! | `logarithms.rs` | what plain sums do not serve: detections with a noise of their own, or far from every mode |
+//! | `joseph.rs` | the update where noise is sharp |
 //! | `offset.rs` | detections with a time of their own |
 //! | `predicted.rs` | of which modes: all, or some |
 
-mod apart;
+mod joseph;
+mod logarithms;
 mod offset;
 mod predicted;
-mod sums;
+mod update;
 
-pub(crate) use apart::density_of;
+pub(crate) use logarithms::density_of;
 pub use predicted::{Innovations, Predicted, SomeInnovations, innovations, no_innovations, predict_measurements};
-pub use sums::{Corrected, Found, correct_by_one, update_by_one};
+pub use update::{Corrected, Found, correct_by_one, update_by_one};
 
 use crate::association::Gate;
 use crate::gaussian::{Innovation, unit_peak};
 use crate::mode::ModeBank;
 use crate::model::MeasurementModel;
 use crate::scalar::{Real, larger};
-use crate::scan::Detection;
+use crate::scan::{Candidates, Detection};
 use crate::sensor::{Clutter, Sensor};
 use crate::time::Duration;
 
@@ -61,7 +63,7 @@ enum Kind {
     /// Nothing
     Plain,
     /// A noise; or the sensor's is sharp
-    Apart,
+    OwnNoise,
     /// A time
     OwnTime,
 }
@@ -107,10 +109,10 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     #[inline(always)]
     #[must_use]
     pub fn volume<const NZ: usize>(&self, gate: &Gate<T>) -> T {
-        if self.peak > T::ZERO { gate.volume(unit_peak::<T, NZ>() / self.peak) } else { T::ZERO }
+        volume::<T, NZ>(gate, self.peak)
     }
 
-    /// Gates the detections numbered `candidates`.
+    /// Gates the detections that are `candidates`.
     ///
     /// Cost: one subtraction and product per candidate whose first coordinate is too far off, one residual and form
     /// ν' S⁻¹ ν per other; for detections with a noise or a time of their own a factorisation of S each as well.
@@ -121,7 +123,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
-        candidates: &[u16],
+        candidates: Candidates<'_>,
     ) {
         let innovations = predicted.innovations();
         self.gated.clear();
@@ -145,13 +147,13 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         if !density.is_proper() {
             return;
         }
+        if !candidates.plain {
+            return self.gate_each(bank, predicted, sensor, detections, candidates.numbers, widest);
+        }
         // The box: a residual in the gate has no first coordinate beyond √(γ S₁₁).
         let reach = threshold * density.first;
-        for &number in candidates {
+        for &number in candidates.numbers {
             let Some(detection) = detections.get(usize::from(number)) else { return };
-            if !detection.is_plain() {
-                return self.gate_apart(bank, predicted, sensor, detections, candidates, widest);
-            }
             // Inlined, this costs nothing of the other coordinates.
             let first = model.residual(&detection.z, &z_hat).data.0[0][0];
             if first * first > reach {
@@ -183,7 +185,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             if detection.offset != Duration::ZERO {
                 self.kind = Kind::OwnTime;
             } else if self.kind == Kind::Plain && detection.noise.is_some() {
-                self.kind = Kind::Apart;
+                self.kind = Kind::OwnNoise;
             }
         }
     }
@@ -219,7 +221,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             }
         }
         if self.kind != Kind::Plain || total <= T::LEAST {
-            self.score_apart(bank, predicted, sensor, detections, rate);
+            self.score_by_logarithms(bank, predicted, sensor, detections, rate);
         }
     }
 
@@ -231,7 +233,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
-        candidates: &[u16],
+        candidates: Candidates<'_>,
     ) -> T {
         self.gate(bank, predicted, sensor, detections, candidates);
         self.score(bank, predicted, sensor, detections);
@@ -239,35 +241,37 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     }
 
     #[inline(always)]
-    fn rate<const NZ: usize>(&self, gate: &Gate<T>, p_detect: T) -> Rate<T> {
-        Rate { p_detect, diffuse: self.diffuse::<NZ>(gate), last: Clutter::Poisson(-T::ONE), rate: T::ZERO }
+    fn rate<'a, const NZ: usize>(&self, gate: &'a Gate<T>, p_detect: T) -> Rate<'a, T, NZ> {
+        Rate { p_detect, gate, count: self.gated.len(), peak: self.peak, last: Clutter::Poisson(-T::ONE), rate: T::ZERO }
     }
+}
 
-    /// λ of diffuse clutter: what is gated over the volume of the gate.
-    // Out of line, or known clutter would pay for the divisions.
-    #[inline(never)]
-    fn diffuse<const NZ: usize>(&self, gate: &Gate<T>) -> T {
-        T::from_count(self.gated.len()) / self.volume::<NZ>(gate)
-    }
+/// V of a gate where the density has `peak` at zero; zero where it has none.
+#[inline(always)]
+fn volume<T: Real, const NZ: usize>(gate: &Gate<T>, peak: T) -> T {
+    if peak > T::ZERO { gate.volume(unit_peak::<T, NZ>() / peak) } else { T::ZERO }
 }
 
 /// Where all detections are plain.
 #[inline(always)]
 fn kind_of<T, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(predicted: &I) -> Kind {
     let sharp = (0..MODES).filter(|r| predicted.weighs(*r)).fold(false, |sharp, r| sharp | predicted.innovations()[r].sharp);
-    if sharp { Kind::Apart } else { Kind::Plain }
+    if sharp { Kind::OwnNoise } else { Kind::Plain }
 }
 
 /// P_D / λ of one detection after the other.
-struct Rate<T> {
+struct Rate<'a, T, const NZ: usize> {
     p_detect: T,
-    /// λ of diffuse clutter
-    diffuse: T,
+    gate: &'a Gate<T>,
+    /// Detections gated
+    count: usize,
+    /// The density at zero of the mode that gates
+    peak: T,
     last: Clutter<T>,
     rate: T,
 }
 
-impl<T: Real> Rate<T> {
+impl<T: Real, const NZ: usize> Rate<'_, T, NZ> {
     #[inline(always)]
     fn at(&mut self, clutter: Clutter<T>) -> T {
         if clutter != self.last {
@@ -279,16 +283,23 @@ impl<T: Real> Rate<T> {
     // Out of line, or every detection would pay for the division.
     #[inline(never)]
     fn of(&self, clutter: Clutter<T>) -> T {
-        self.p_detect / density(clutter, || self.diffuse)
+        self.p_detect / self.density(clutter)
+    }
+
+    /// λ
+    #[inline(always)]
+    fn density(&self, clutter: Clutter<T>) -> T {
+        let density = match clutter {
+            Clutter::Poisson(density) => density,
+            Clutter::Diffuse => diffuse::<T, NZ>(self.gate, self.count, self.peak),
+        };
+        larger(density, T::lit(LEAST_DENSITY))
     }
 }
 
-/// λ
-#[inline(always)]
-fn density<T: Real>(clutter: Clutter<T>, diffuse: impl FnOnce() -> T) -> T {
-    let density = match clutter {
-        Clutter::Poisson(density) => density,
-        Clutter::Diffuse => diffuse(),
-    };
-    larger(density, T::lit(LEAST_DENSITY))
+/// λ of diffuse clutter: what is gated over the volume of the gate.
+// Out of line, or known clutter would pay for the divisions.
+#[inline(never)]
+fn diffuse<T: Real, const NZ: usize>(gate: &Gate<T>, count: usize, peak: T) -> T {
+    T::from_count(count) / volume::<T, NZ>(gate, peak)
 }

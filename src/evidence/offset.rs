@@ -10,7 +10,7 @@
 //! from q = β_0 / e_r and m = 0, which ends in x + m: the same mixture, by terms that do not cancel. All of it is out of
 //! line: scans without offsets pay for one look at their detections.
 
-use super::apart::{ln_mixture, shares};
+use super::logarithms::{ln_mixture, shares};
 use super::{Corrected, Evidence, Predicted};
 use crate::gaussian::{Correction, Gaussian, Innovation};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};

@@ -106,11 +106,7 @@ pub fn predict_measurements<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: u
     active: ActiveSet,
     model: &M,
 ) {
-    for (r, (innovation, g)) in innovations.iter_mut().zip(&bank.modes).enumerate() {
-        if active.contains(r) {
-            *innovation = model.innovation(g);
-        }
-    }
+    write(innovations, bank, |mode| active.contains(mode), model);
 }
 
 /// The predicted measurements of a bank.
@@ -120,5 +116,22 @@ pub fn innovations<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, con
     bank: &ModeBank<T, NX, MODES>,
     model: &M,
 ) -> Innovations<T, NX, NZ, MODES> {
-    core::array::from_fn(|r| model.innovation(&bank.modes[r]))
+    // Written in place: collected, they would be copied once more.
+    let mut innovations = no_innovations();
+    write(&mut innovations, bank, |_| true, model);
+    innovations
+}
+
+#[inline(always)]
+fn write<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+    innovations: &mut Innovations<T, NX, NZ, MODES>,
+    bank: &ModeBank<T, NX, MODES>,
+    counts: impl Fn(usize) -> bool,
+    model: &M,
+) {
+    for r in 0..MODES {
+        if counts(r) {
+            innovations[r] = model.innovation(&bank.modes[r]);
+        }
+    }
 }

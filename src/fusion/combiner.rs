@@ -21,13 +21,10 @@
 //! first.
 //!
 //! # Cost
-//! With S sensors, n tracks in each list and t = TRACKS, operations an update are at most
-//!
-//! ```text
-//! S n (mixing and prediction)              only where lists come at different times
-//! S n (MODES, combined; one test; one fusion)
-//! S n t tests,  S assignments t × t         only of tracks that are alone; a far pair costs a few operations
-//! ```
+//! What an update takes at most is in `work.rs`, and [`Combiner::worst_case`] has the numbers. Most updates take much less: lists of
+//! the same time need no prediction, only tracks that are alone are tested and assigned, and a far pair costs a few operations. Two
+//! lists of t tracks that stay paired take t tests and t fusions. What is received is registered, 2 MODES NX³ multiply-adds a
+//! track, and looked for among the tracks of its list.
 //!
 //! Association with three sensors and more is one assignment after another, in the order of the sensors: all at once would be a
 //! problem without a polynomial bound.
@@ -36,6 +33,7 @@ use super::correlated::{distance, is_beyond};
 use super::picture::{FusedPicture, FusedTrack, List, ListError, LocalTrack};
 use super::registration::Frame;
 use super::rules::{Rule, fuse_probabilities};
+use super::work::{COUNTED, FusionWork};
 use crate::error::ConfigError;
 use crate::gaussian::Gaussian;
 use crate::mode::{JumpMatrix, ModeBank, ModeSet, check_distribution};
@@ -119,6 +117,12 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
         Ok(Self { modes, jump, rule: rule.check()?, limits })
     }
 
+    /// The most work that an [`update`](Self::update) can make.
+    #[must_use]
+    pub const fn worst_case<const SENSORS: usize, const TRACKS: usize>() -> FusionWork {
+        FusionWork::worst_case::<T>(SENSORS, TRACKS, MODES)
+    }
+
     /// Takes in all tracks that `sensor` has at `time`, in its `frame`. They replace its list before; the fused tracks change
     /// with the next [`update`](Self::update). An empty list says that the sensor lives and follows nothing.
     ///
@@ -194,9 +198,11 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
             if gap <= Duration::ZERO {
                 continue;
             }
+            let steps = self.modes.steps(gap.as_secs());
             for track in list.tracks.iter_mut().filter(|track| track.id != 0) {
+                COUNTED.predictions.add(MODES);
                 track.bank.interact(&self.jump);
-                track.bank.predict(&self.modes, gap.as_secs());
+                track.bank.advance(&self.modes, &steps);
                 if !track.bank.is_valid() {
                     *track = LocalTrack::FREE;
                     report.tracks_refused = report.tracks_refused.saturating_add(1);
@@ -220,6 +226,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
                 *member = 0;
                 continue;
             };
+            COUNTED.combinations.add(1);
             let newcomer = track.bank.combined();
             let Some(before) = &state else {
                 state = Some(newcomer);
@@ -253,10 +260,13 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
         let mut any = false;
         for (track, row) in list.tracks.iter().zip(squares.iter_mut()) {
             *row = [never; TRACKS];
+            COUNTED.looks.add(TRACKS);
             let accompanied = |f: &FusedTrack<T, NX, MODES, SENSORS>| f.member(sensor) == track.id && f.members().count() > 1;
             if track.id == 0 || fused.iter().any(accompanied) {
                 continue;
             }
+            COUNTED.combinations.add(1);
+            COUNTED.looks.add(TRACKS);
             let state = track.bank.combined();
             let others = fused.iter().zip(row).filter(|(f, _)| !f.is_empty() && f.member(sensor) == 0);
             for (other, square) in others.filter(|(f, _)| !is_beyond(&f.state, &state, M::LAYOUT, join)) {
@@ -265,11 +275,16 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
                 }
             }
         }
-        if !any || !assignment.solve(TRACKS, TRACKS, |_| -join, |row, column| -entry(squares, row, column)) {
+        let pair = |row, column| {
+            COUNTED.pairs.add(1);
+            -entry(squares, row, column)
+        };
+        if !any || !assignment.solve(TRACKS, TRACKS, |_| -join, pair) {
             return;
         }
         for (row, track) in list.tracks.iter().enumerate() {
             let Some(column) = assignment.column(row) else { continue };
+            COUNTED.looks.add(TRACKS);
             // Where it was alone before, that fused track ends, and its identity goes with the track.
             let old = fused.iter_mut().find(|f| f.member(sensor) == track.id);
             let id = old.map_or(0, |old| core::mem::replace(old, FusedTrack::FREE).id);
@@ -292,6 +307,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
         let FusedPicture { lists, fused, .. } = picture;
         let homeless = |track: &&LocalTrack<T, NX, MODES>| track.id != 0;
         for track in lists.get(sensor).into_iter().flat_map(|list| &list.tracks).filter(homeless) {
+            COUNTED.looks.add(2 * TRACKS);
             if fused.iter().any(|f| f.member(sensor) == track.id) {
                 continue;
             }

@@ -18,6 +18,7 @@
 //! accepts more of what belongs together than its level says, and more of what does not.
 
 use super::inverse::generalised_inverse;
+use super::work::COUNTED;
 use crate::gaussian::Gaussian;
 use crate::model::Layout;
 use crate::scalar::Real;
@@ -103,6 +104,7 @@ impl<T: Real> Distance<T> {
 /// entries where it is unknown. Entries that neither leaves any doubt of count for nothing. `None` where a covariance is none.
 #[must_use]
 pub fn distance<T: Real, const NX: usize>(a: &Gaussian<T, NX>, b: &Gaussian<T, NX>, layout: Layout) -> Option<Distance<T>> {
+    COUNTED.tests.add(1);
     Distance::new(a, b, &a.cov.plus(&b.cov), layout)
 }
 

@@ -9,6 +9,7 @@
 //! | `picture.rs` | what that remembers: the lists, and fused tracks with an identity each |
 //! | `message.rs` | a track in bytes, for the link between two nodes |
 //! | `inverse.rs` | covariances that may be singular |
+//! | `work.rs` | the most work that an update can make |
 //!
 //! # Which rule when
 //!
@@ -72,6 +73,7 @@ mod message;
 mod picture;
 mod registration;
 mod rules;
+mod work;
 
 pub use combiner::{Combiner, FusionReport, Limits};
 pub use correlated::{CrossCovariance, Distance, distance};
@@ -79,3 +81,6 @@ pub use message::{MessageError, TrackMessage};
 pub use picture::{FusedPicture, FusedTrack, ListError};
 pub use registration::Frame;
 pub use rules::{Rule, Weight, fuse_probabilities};
+pub use work::FusionWork;
+#[cfg(feature = "count")]
+pub use work::take_work;

@@ -8,6 +8,7 @@
 //! A fused track holds no knowledge of its own. It is made of its members, anew whenever they change, and lives as long as one of
 //! them does: what a sensor has said is never counted twice.
 
+use super::work::COUNTED;
 use crate::association::Assignment;
 use crate::gaussian::Gaussian;
 use crate::mode::ModeBank;
@@ -146,9 +147,13 @@ impl<T: Real, const NX: usize, const MODES: usize, const SENSORS: usize> FusedTr
 impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize> List<T, NX, MODES, TRACKS> {
     pub(super) const EMPTY: Self = Self { sent: None, time: Instant::ZERO, tracks: [LocalTrack::FREE; TRACKS] };
 
-    /// The track `id`, if the list has it.
+    /// The track `id`, if the list has it; none for zero.
     pub fn find(&self, id: u32) -> Option<&LocalTrack<T, NX, MODES>> {
-        self.tracks.iter().find(|track| id != 0 && track.id == id)
+        if id == 0 {
+            return None;
+        }
+        COUNTED.looks.add(TRACKS);
+        self.tracks.iter().find(|track| track.id == id)
     }
 
     /// Takes in the next track; whether there was room.

@@ -22,6 +22,7 @@
 //! noise and its prior.
 
 use super::inverse::generalised_inverse;
+use super::work::COUNTED;
 use crate::error::ConfigError;
 use crate::gaussian::Gaussian;
 use crate::scalar::{Real, exp, larger, ln, sqrt};
@@ -70,6 +71,7 @@ impl<T: Real> Rule<T> {
     /// Cost: about 5 NX³ multiply-adds, and NX³ more for every step of a search: at most 14 in single precision, 29 in double.
     #[must_use]
     pub fn fuse<const NX: usize>(&self, a: &Gaussian<T, NX>, b: &Gaussian<T, NX>) -> Option<Gaussian<T, NX>> {
+        COUNTED.fusions.add(1);
         match self {
             Rule::NaiveConvex => combine(a, b, [T::ONE; 2]),
             Rule::Intersection(weight) => {
@@ -142,6 +144,10 @@ fn combine<T: Real, const NX: usize>(a: &Gaussian<T, NX>, b: &Gaussian<T, NX>, [
 
 /// The zero in 0..=1 of `slope`, which rises; the end where it has none, ½ where it is zero at both.
 fn optimum<T: Real>(slope: impl Fn(T) -> Option<T>) -> Option<T> {
+    let slope = |w| {
+        COUNTED.slopes.add(1);
+        slope(w)
+    };
     let (half, tolerance) = (T::lit(0.5), sqrt(T::EPSILON));
     let (mut low, mut high) = ((T::ZERO, slope(T::ZERO)?), (T::ONE, slope(T::ONE)?));
     match (low.1 >= T::ZERO, high.1 <= T::ZERO) {

@@ -27,7 +27,7 @@
 use super::{ActiveSet, ModeSet};
 use crate::error::ConfigError;
 use crate::gaussian::Gaussian;
-use crate::scalar::{Real, is_finite, larger};
+use crate::scalar::{Real, is_invertible, larger};
 
 /// π: `rows[from][to]` is the probability of the mode `to` after one scan in the mode `from`.
 pub type JumpMatrix<T, const MODES: usize> = [[T; MODES]; MODES];
@@ -122,14 +122,28 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         for a in 0..NX {
             for b in a..NX {
                 let first = self.modes[0].cov.upper()[a][b];
-                // In stages, so that no result is used at once: the pipeline of a small core would wait.
-                let dd: [T; MODES] = core::array::from_fn(|i| d[i][a] * d[i][b]);
-                let n: [T; MODES] = core::array::from_fn(|i| self.modes[i].cov.upper()[a][b] - first);
-                let n: [T; MODES] = core::array::from_fn(|i| n[i] + dd[i]);
-                let dd: [T; MODES] = core::array::from_fn(|j| bar[j][a] * bar[j][b]);
-                let mut v = dd.map(|dd| first - dd);
+                // In stages, so that no result is used at once: the pipeline of a small core would wait. Loops, not closures: in
+                // code for size, bounds checks would stay in those.
+                let (mut n, mut v, mut wn) = ([T::ZERO; MODES], [T::ZERO; MODES], [T::ZERO; MODES]);
+                for i in 0..MODES {
+                    v[i] = d[i][a] * d[i][b];
+                }
+                for i in 0..MODES {
+                    n[i] = self.modes[i].cov.upper()[a][b] - first;
+                }
+                for i in 0..MODES {
+                    n[i] += v[i];
+                }
+                for j in 0..MODES {
+                    v[j] = bar[j][a] * bar[j][b];
+                }
+                for j in 0..MODES {
+                    v[j] = first - v[j];
+                }
                 for i in 1..MODES {
-                    let wn: [T; MODES] = core::array::from_fn(|j| weight[j][i] * n[i]);
+                    for j in 0..MODES {
+                        wn[j] = weight[j][i] * n[i];
+                    }
                     for j in 0..MODES {
                         v[j] += wn[j];
                     }
@@ -150,8 +164,14 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
     /// Predicts every mode by its model over `dt` \[s\].
     #[inline(always)]
     pub fn predict<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, dt: T) {
+        self.advance(set, &set.steps(dt));
+    }
+
+    /// [`predict`](Self::predict) by steps that many targets share.
+    #[inline(always)]
+    pub fn advance<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, steps: &M::Steps) {
         for (mode, g) in self.modes.iter_mut().enumerate() {
-            set.predict(mode, g, dt);
+            set.advance(mode, g, steps);
         }
     }
 
@@ -191,19 +211,22 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         }
     }
 
-    /// `mixed` becomes the moment match of the modes with the weights `weight`, which are zero in modes that are not active.
+    /// `mixed` becomes the moment match of the modes with the weights `weight`, which are zero in modes that are not active. The
+    /// mean is taken about that of the first mode which weighs.
     #[inline(always)]
     fn mix(&self, weight: &[T; MODES], mixed: &mut Gaussian<T, NX>) {
         let weighed = || self.modes.iter().zip(weight).filter(|(_, w)| **w > T::ZERO);
-        let mut mean = [T::ZERO; NX];
+        let Some((first, _)) = weighed().next() else { return };
+        let deviation = |g: &Gaussian<T, NX>, k: usize| g.mean.data.0[0][k] - first.mean.data.0[0][k];
+        let mut bar = [T::ZERO; NX];
         for (g, w) in weighed() {
             for k in 0..NX {
-                mean[k] += *w * g.mean.data.0[0][k];
+                bar[k] += *w * deviation(g, k);
             }
         }
         let mut cov = [[T::ZERO; NX]; NX];
         for (g, w) in weighed() {
-            let d: [T; NX] = core::array::from_fn(|k| g.mean.data.0[0][k] - mean[k]);
+            let d: [T; NX] = core::array::from_fn(|k| deviation(g, k) - bar[k]);
             unrolled!(for a in NX {
                 let (mut product, row) = ([T::ZERO; NX], &g.cov.upper()[a]);
                 for b in a..NX {
@@ -220,16 +243,16 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                 }
             });
         }
-        mixed.mean.data.0[0] = mean;
+        mixed.mean.data.0[0] = core::array::from_fn(|k| first.mean.data.0[0][k] + bar[k]);
         *mixed.cov.upper_mut() = cov;
     }
 
-    /// Predicts the modes of `active` by their models over `dt` \[s\].
+    /// Predicts the modes of `active` by their steps.
     #[inline(always)]
-    pub fn predict_active<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, active: ActiveSet, dt: T) {
+    pub fn advance_active<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, active: ActiveSet, steps: &M::Steps) {
         for (mode, g) in self.modes.iter_mut().enumerate() {
             if active.contains(mode) {
-                set.predict(mode, g, dt);
+                set.advance(mode, g, steps);
             }
         }
     }
@@ -308,8 +331,8 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
     pub(crate) fn weigh(&mut self, evidence: &[T; MODES]) {
         let weighed: [T; MODES] = core::array::from_fn(|r| self.prob[r] * evidence[r]);
         let sum = weighed.iter().fold(T::ZERO, |sum, p| sum + *p);
-        let scale = T::ONE / sum;
-        if sum > T::ZERO && is_finite(sum) && is_finite(scale) {
+        if is_invertible(sum) {
+            let scale = T::ONE / sum;
             self.prob = weighed.map(|p| p * scale);
         }
     }

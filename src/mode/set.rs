@@ -6,14 +6,22 @@
 use crate::gaussian::Gaussian;
 use crate::model::{Layout, MotionModel};
 use crate::scalar::Real;
+use nalgebra::{SMatrix, SVector};
 
 /// `MODES` motion models over one state of `NX` entries.
 pub trait ModeSet<T: Real, const NX: usize, const MODES: usize> {
     /// Where positions and velocities stand, the same in all modes.
     const LAYOUT: Layout;
 
-    /// Predicts `g` over `dt` \[s\] by the model number `mode`; a number beyond the last does nothing.
-    fn predict(&self, mode: usize, g: &mut Gaussian<T, NX>, dt: T);
+    /// The steps of all models.
+    type Steps;
+
+    /// The steps over `dt` \[s\].
+    fn steps(&self, dt: T) -> Self::Steps;
+    /// Predicts `g` by the step of the model number `mode`; a number beyond the last does nothing.
+    fn advance(&self, mode: usize, g: &mut Gaussian<T, NX>, steps: &Self::Steps);
+    /// v ← F v by the model number `mode` over `dt` \[s\], F at `x`; a number beyond the last does nothing.
+    fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T);
 }
 
 impl<T: Real, M: MotionModel<T, NX>, const NX: usize, const MODES: usize> ModeSet<T, NX, MODES> for [M; MODES] {
@@ -21,11 +29,22 @@ impl<T: Real, M: MotionModel<T, NX>, const NX: usize, const MODES: usize> ModeSe
         assert!(M::LAYOUT.fits(NX), "the state is too short for this model");
         M::LAYOUT
     };
+    type Steps = [M::Step; MODES];
 
     #[inline(always)]
-    fn predict(&self, mode: usize, g: &mut Gaussian<T, NX>, dt: T) {
+    fn steps(&self, dt: T) -> [M::Step; MODES] {
+        self.each_ref().map(|model| model.step(dt))
+    }
+    #[inline(always)]
+    fn advance(&self, mode: usize, g: &mut Gaussian<T, NX>, steps: &[M::Step; MODES]) {
+        if let Some((model, step)) = self.get(mode).zip(steps.get(mode)) {
+            model.advance(g, step);
+        }
+    }
+    #[inline(always)]
+    fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
         if let Some(model) = self.get(mode) {
-            model.predict(g, dt);
+            model.propagate(x, v, dt);
         }
     }
 }
@@ -40,12 +59,25 @@ macro_rules! tuple_of_modes {
                 $(assert!($first::LAYOUT.agrees($model::LAYOUT), "modes disagree on where positions stand");)*
                 $first::LAYOUT
             };
+            type Steps = ($first::Step, $($model::Step,)*);
 
             #[inline(always)]
-            fn predict(&self, mode: usize, g: &mut Gaussian<T, NX>, dt: T) {
+            fn steps(&self, dt: T) -> Self::Steps {
+                (self.0.step(dt), $(self.$index.step(dt),)*)
+            }
+            #[inline(always)]
+            fn advance(&self, mode: usize, g: &mut Gaussian<T, NX>, steps: &Self::Steps) {
                 match mode {
-                    0 => self.0.predict(g, dt),
-                    $($index => self.$index.predict(g, dt),)*
+                    0 => self.0.advance(g, &steps.0),
+                    $($index => self.$index.advance(g, &steps.$index),)*
+                    _ => {}
+                }
+            }
+            #[inline(always)]
+            fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+                match mode {
+                    0 => self.0.propagate(x, v, dt),
+                    $($index => self.$index.propagate(x, v, dt),)*
                     _ => {}
                 }
             }

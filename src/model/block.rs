@@ -48,7 +48,13 @@ pub(super) fn add<T: Real, const L: usize>(v: &mut [T; L], w: &[T; L]) {
 pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, g: &mut Gaussian<T, NX>) {
     const { assert!(A * S <= NX, "the state is too short for these blocks") }
     let x = &mut g.mean.data.0[0];
-    let mut v: [[T; A]; S] = core::array::from_fn(|i| core::array::from_fn(|a| x[a * S + i]));
+    // Loops, not closures: for size, bounds checks would stay in those.
+    let mut v = [[T::ZERO; A]; S];
+    for i in 0..S {
+        for a in 0..A {
+            v[i][a] = x[a * S + i];
+        }
+    }
     step.propagate(&mut v);
     for i in 0..S {
         for a in 0..A {
@@ -91,6 +97,22 @@ pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A:
                         p[a * S + i][b * S + j] = rows[j][i] + q.upper()[i][j];
                     }
                 }
+            }
+        }
+    }
+}
+
+/// v ← F v for all columns of `v`, the identity beyond the blocks.
+#[inline(always)]
+pub fn propagate<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, v: &mut SMatrix<T, NX, NX>) {
+    const { assert!(A * S <= NX, "the state is too short for these blocks") }
+    let columns = &mut v.data.0;
+    for a in 0..A {
+        let mut rows: [[T; NX]; S] = core::array::from_fn(|i| core::array::from_fn(|l| columns[l][a * S + i]));
+        step.propagate(&mut rows);
+        for i in 0..S {
+            for l in 0..NX {
+                columns[l][a * S + i] = rows[i][l];
             }
         }
     }

@@ -1,9 +1,10 @@
 //! Models given as matrices: x ← F x, P ← F P F' + Q; z = H x.
 //!
 //! For reference cases, for experiments and for users with a linear system of their own. F and Q hold for one step,
-//! whatever its length. Dense: a model with structure should be one of the others, or override `predict`.
+//! whatever its length. Dense: a model with structure should be one of the others, or `advance` by code of its own.
 
-use super::{MeasurementModel, MotionModel};
+use super::{MeasurementModel, MotionModel, predict_dense};
+use crate::gaussian::Gaussian;
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
@@ -18,6 +19,8 @@ pub struct LinearMotion<T, const NX: usize> {
 }
 
 impl<T: Real, const NX: usize> MotionModel<T, NX> for LinearMotion<T, NX> {
+    type Step = T;
+
     fn transition(&self, x: &SVector<T, NX>, _dt: T) -> SVector<T, NX> {
         self.transition * x
     }
@@ -26,6 +29,12 @@ impl<T: Real, const NX: usize> MotionModel<T, NX> for LinearMotion<T, NX> {
     }
     fn process_noise(&self, _x: &SVector<T, NX>, _dt: T) -> Symmetric<T, NX> {
         self.process_noise
+    }
+    fn step(&self, dt: T) -> T {
+        dt
+    }
+    fn advance(&self, g: &mut Gaussian<T, NX>, dt: &T) {
+        predict_dense(self, g, *dt);
     }
 }
 

@@ -1,8 +1,8 @@
 //! Motion and measurement models: three plain functions each, and one override for speed.
 //!
 //! The mathematics of a model is in `transition`, `jacobian`, `process_noise` (or `observe`, `jacobian`, `noise`).
-//! The provided `predict` and `innovation` use them through dense matrices; the models here override these two
-//! with straight-line code that never multiplies a structural zero, and property tests hold both equal.
+//! [`predict_dense`] and the provided `innovation` use them through dense matrices; the models here `advance` and innovate
+//! by straight-line code that never multiplies a structural zero, and property tests hold both equal.
 
 pub mod block;
 pub mod converted;
@@ -11,6 +11,7 @@ pub mod motion;
 pub(crate) mod offset;
 pub mod position;
 pub mod radar;
+pub mod resolution;
 pub mod turn;
 pub mod unscented;
 
@@ -62,6 +63,8 @@ impl Layout {
 pub trait MotionModel<T: Real, const NX: usize> {
     /// Where positions and velocities stand.
     const LAYOUT: Layout = Layout::UNKNOWN;
+    /// What a step of some length needs of the model, worked out once for all targets: `T`, the length, where that is nothing.
+    type Step;
 
     /// f(x)
     fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX>;
@@ -70,14 +73,25 @@ pub trait MotionModel<T: Real, const NX: usize> {
     /// Q
     fn process_noise(&self, x: &SVector<T, NX>, dt: T) -> Symmetric<T, NX>;
 
-    /// Predicts in place. Dense here: about 2 NX³ multiply-adds.
+    /// The step over `dt` \[s\].
+    fn step(&self, dt: T) -> Self::Step;
+    /// Predicts in place by a step of this model; [`predict_dense`] serves any model.
+    fn advance(&self, g: &mut Gaussian<T, NX>, step: &Self::Step);
+
+    /// Predicts in place over `dt` \[s\].
     #[inline(always)]
     fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
-        predict_dense(self, g, dt);
+        self.advance(g, &self.step(dt));
+    }
+
+    /// v ← F v for all columns of `v`, F at `x`: what a covariance between two targets moves by. Dense here: NX³ multiply-adds.
+    #[inline(always)]
+    fn propagate(&self, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+        *v = self.jacobian(x, dt) * *v;
     }
 }
 
-/// The dense prediction, F P F' + Q from the three plain functions of `model`.
+/// The dense prediction, F P F' + Q from the three plain functions of `model`: about 2 NX³ multiply-adds.
 #[inline]
 pub fn predict_dense<T: Real, M: MotionModel<T, NX> + ?Sized, const NX: usize>(model: &M, g: &mut Gaussian<T, NX>, dt: T) {
     let f = model.jacobian(&g.mean, dt);

@@ -78,7 +78,9 @@ impl<T: Real, const AXES: usize, const STRIDE: usize> ConstantVelocity<T, AXES, 
     }
 }
 
-struct VelocityStep<T> {
+/// A step of constant velocity.
+#[derive(Clone, Copy, Debug)]
+pub struct VelocityStep<T> {
     dt: T,
     noise: [T; 3],
 }
@@ -106,6 +108,7 @@ impl<T: Real, const S: usize> BlockStep<T, S> for VelocityStep<T> {
 
 impl<T: Real, const NX: usize, const AXES: usize, const STRIDE: usize> MotionModel<T, NX> for ConstantVelocity<T, AXES, STRIDE> {
     const LAYOUT: Layout = Layout { axes: AXES, stride: STRIDE };
+    type Step = VelocityStep<T>;
 
     fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX> {
         MotionModel::<T, NX>::jacobian(self, x, dt) * x
@@ -121,14 +124,25 @@ impl<T: Real, const NX: usize, const AXES: usize, const STRIDE: usize> MotionMod
         block::process_noise::<T, _, NX, AXES, STRIDE>(&VelocityStep { dt, noise: self.noise.of_velocity(dt) })
     }
     #[inline(always)]
-    fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
-        block::predict::<T, _, NX, AXES, STRIDE>(&VelocityStep { dt, noise: self.noise.of_velocity(dt) }, g);
+    fn step(&self, dt: T) -> VelocityStep<T> {
+        VelocityStep { dt, noise: self.noise.of_velocity(dt) }
+    }
+    #[inline(always)]
+    fn advance(&self, g: &mut Gaussian<T, NX>, step: &VelocityStep<T>) {
+        block::predict::<T, _, NX, AXES, STRIDE>(step, g);
         for k in AXES * STRIDE..NX {
             g.mean.data.0[0][k] = T::ZERO;
             for row in g.cov.upper_mut().iter_mut().take(k + 1) {
                 row[k] = T::ZERO;
             }
             g.cov.upper_mut()[k] = [T::ZERO; NX];
+        }
+    }
+    #[inline(always)]
+    fn propagate(&self, _x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+        block::propagate::<T, _, NX, AXES, STRIDE>(&VelocityStep { dt, noise: [T::ZERO; 3] }, v);
+        for unused in v.data.0.iter_mut().flat_map(|column| column.iter_mut().skip(AXES * STRIDE)) {
+            *unused = T::ZERO;
         }
     }
 }
@@ -150,7 +164,7 @@ impl<T: Real, const AXES: usize> ConstantAcceleration<T, AXES> {
     }
 
     #[inline(always)]
-    fn step(&self, dt: T) -> AccelerationStep<T> {
+    fn step_over(&self, dt: T) -> AccelerationStep<T> {
         let half = T::lit(0.5) * dt * dt;
         let noise = match self.noise {
             ProcessNoise::Discrete(variance) => {
@@ -173,8 +187,9 @@ impl<T: Real, const AXES: usize> ConstantAcceleration<T, AXES> {
     }
 }
 
-/// One axis with an acceleration that enters position, velocity and itself by `acceleration`: CA and Singer.
-struct AccelerationStep<T> {
+/// A step of CA or Singer: an axis with an acceleration that enters position, velocity and itself by `acceleration`.
+#[derive(Clone, Copy, Debug)]
+pub struct AccelerationStep<T> {
     velocity: T,
     acceleration: [T; 3],
     noise: Symmetric<T, 3>,
@@ -219,7 +234,7 @@ impl<T: Real, const AXES: usize> Singer<T, AXES> {
         Ok(Self { decay: T::ONE / time_constant, variance: acceleration_std * acceleration_std })
     }
 
-    fn step(&self, dt: T) -> AccelerationStep<T> {
+    fn step_over(&self, dt: T) -> AccelerationStep<T> {
         let a = self.decay * dt;
         let noise = singer_noise(a);
         // From units of T = 1 and α σ² = ½ to this step: row i, column j carry T^(2−i) T^(2−j) and 2ασ²T.
@@ -299,20 +314,29 @@ macro_rules! axiswise {
     ($model:ident) => {
         impl<T: Real, const NX: usize, const AXES: usize> MotionModel<T, NX> for $model<T, AXES> {
             const LAYOUT: Layout = Layout { axes: AXES, stride: 3 };
+            type Step = AccelerationStep<T>;
 
             fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX> {
-                block::transition::<T, _, NX, AXES, 3>(&self.step(dt), x)
+                block::transition::<T, _, NX, AXES, 3>(&self.step_over(dt), x)
             }
             fn jacobian(&self, _x: &SVector<T, NX>, dt: T) -> SMatrix<T, NX, NX> {
-                block::jacobian::<T, _, NX, AXES, 3>(&self.step(dt))
+                block::jacobian::<T, _, NX, AXES, 3>(&self.step_over(dt))
             }
             fn process_noise(&self, _x: &SVector<T, NX>, dt: T) -> Symmetric<T, NX> {
-                block::process_noise::<T, _, NX, AXES, 3>(&self.step(dt))
+                block::process_noise::<T, _, NX, AXES, 3>(&self.step_over(dt))
             }
             #[inline(always)]
-            fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
+            fn step(&self, dt: T) -> AccelerationStep<T> {
+                self.step_over(dt)
+            }
+            #[inline(always)]
+            fn advance(&self, g: &mut Gaussian<T, NX>, step: &AccelerationStep<T>) {
                 const { assert!(NX == 3 * AXES, "the state must be three per axis") }
-                block::predict::<T, _, NX, AXES, 3>(&self.step(dt), g);
+                block::predict::<T, _, NX, AXES, 3>(step, g);
+            }
+            #[inline(always)]
+            fn propagate(&self, _x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {
+                block::propagate::<T, _, NX, AXES, 3>(&self.step_over(dt), v);
             }
         }
     };

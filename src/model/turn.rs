@@ -62,7 +62,7 @@ impl<T: Real, const AXES: usize> UnknownTurn<T, AXES> {
 }
 
 /// S, C, sin and cos of a turn by the angle a.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Arc<T> {
     s: T,
     c: T,
@@ -107,7 +107,8 @@ impl<T: Real> Arc<T> {
 }
 
 /// One step of a turn for S = 2 AXES states, or one more: the rate, whose derivatives are `by_rate`.
-struct TurnStep<T, const S: usize> {
+#[derive(Clone, Copy, Debug)]
+pub struct TurnStep<T, const S: usize> {
     dt: T,
     arc: Arc<T>,
     by_rate: [T; 4],
@@ -164,7 +165,7 @@ impl<T: Real, const S: usize> BlockStep<T, S> for TurnStep<T, S> {
 
 impl<T: Real, const AXES: usize> KnownTurn<T, AXES> {
     #[inline(always)]
-    fn step<const S: usize>(&self, dt: T) -> TurnStep<T, S> {
+    fn step_over<const S: usize>(&self, dt: T) -> TurnStep<T, S> {
         let arc = Arc::new(self.rate * dt);
         TurnStep { dt, arc, by_rate: [T::ZERO; 4], noise: self.noise.of_velocity(dt), rate_noise: T::ZERO }
     }
@@ -172,26 +173,31 @@ impl<T: Real, const AXES: usize> KnownTurn<T, AXES> {
 
 impl<T: Real, const NX: usize, const AXES: usize> MotionModel<T, NX> for KnownTurn<T, AXES> {
     const LAYOUT: Layout = Layout { axes: AXES, stride: 2 };
+    type Step = TurnStep<T, NX>;
 
     fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX> {
-        block::transition::<T, _, NX, 1, NX>(&self.step::<NX>(dt), x)
+        block::transition::<T, _, NX, 1, NX>(&self.step_over::<NX>(dt), x)
     }
     fn jacobian(&self, _x: &SVector<T, NX>, dt: T) -> SMatrix<T, NX, NX> {
-        block::jacobian::<T, _, NX, 1, NX>(&self.step::<NX>(dt))
+        block::jacobian::<T, _, NX, 1, NX>(&self.step_over::<NX>(dt))
     }
     fn process_noise(&self, _x: &SVector<T, NX>, dt: T) -> Symmetric<T, NX> {
-        block::process_noise::<T, _, NX, 1, NX>(&self.step::<NX>(dt))
+        block::process_noise::<T, _, NX, 1, NX>(&self.step_over::<NX>(dt))
     }
     #[inline(always)]
-    fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
+    fn step(&self, dt: T) -> TurnStep<T, NX> {
+        self.step_over(dt)
+    }
+    #[inline(always)]
+    fn advance(&self, g: &mut Gaussian<T, NX>, step: &TurnStep<T, NX>) {
         const { assert!(NX == 2 * AXES, "a known turn has two states per axis") }
-        block::predict::<T, _, NX, 1, NX>(&self.step::<NX>(dt), g);
+        block::predict::<T, _, NX, 1, NX>(step, g);
     }
 }
 
 impl<T: Real, const AXES: usize> UnknownTurn<T, AXES> {
     #[inline(always)]
-    fn step<const NX: usize>(&self, x: &SVector<T, NX>, dt: T) -> TurnStep<T, NX> {
+    fn step_at<const NX: usize>(&self, x: &SVector<T, NX>, dt: T) -> TurnStep<T, NX> {
         const { assert!(NX == 2 * AXES + 1, "an unknown turn has two states per axis and the rate") }
         let x = &x.data.0[0];
         let a = x[NX - 1] * dt;
@@ -215,21 +221,26 @@ impl<T: Real, const AXES: usize> UnknownTurn<T, AXES> {
 
 impl<T: Real, const NX: usize, const AXES: usize> MotionModel<T, NX> for UnknownTurn<T, AXES> {
     const LAYOUT: Layout = Layout { axes: AXES, stride: 2 };
+    type Step = T;
 
     fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX> {
         let mut moved = x.data.0[0].map(|x| [x]);
-        self.step(x, dt).turn(&mut moved);
+        self.step_at(x, dt).turn(&mut moved);
         SVector::from_fn(|i, _| moved[i][0])
     }
     fn jacobian(&self, x: &SVector<T, NX>, dt: T) -> SMatrix<T, NX, NX> {
-        block::jacobian::<T, _, NX, 1, NX>(&self.step(x, dt))
+        block::jacobian::<T, _, NX, 1, NX>(&self.step_at(x, dt))
     }
     fn process_noise(&self, x: &SVector<T, NX>, dt: T) -> Symmetric<T, NX> {
-        block::process_noise::<T, _, NX, 1, NX>(&self.step(x, dt))
+        block::process_noise::<T, _, NX, 1, NX>(&self.step_at(x, dt))
     }
     #[inline(always)]
-    fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
-        let step = self.step(&g.mean, dt);
+    fn step(&self, dt: T) -> T {
+        dt
+    }
+    #[inline(always)]
+    fn advance(&self, g: &mut Gaussian<T, NX>, dt: &T) {
+        let step = self.step_at(&g.mean, *dt);
         let mut moved = g.mean.data.0[0].map(|x| [x]);
         step.turn(&mut moved);
         g.mean.data.0[0] = moved.map(|[x]| x);

@@ -165,6 +165,7 @@ pub struct Unscented<M, T> {
 
 impl<T: Real, M: MotionModel<T, NX>, const NX: usize> MotionModel<T, NX> for Unscented<M, T> {
     const LAYOUT: Layout = M::LAYOUT;
+    type Step = T;
 
     fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX> {
         self.model.transition(x, dt)
@@ -175,10 +176,13 @@ impl<T: Real, M: MotionModel<T, NX>, const NX: usize> MotionModel<T, NX> for Uns
     fn process_noise(&self, x: &SVector<T, NX>, dt: T) -> Symmetric<T, NX> {
         self.model.process_noise(x, dt)
     }
-    fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
+    fn step(&self, dt: T) -> T {
+        dt
+    }
+    fn advance(&self, g: &mut Gaussian<T, NX>, dt: &T) {
         match SigmaPoints::draw(g, self.scaling) {
-            Some(points) => *g = points.propagate(&self.model, dt).1,
-            None => self.model.predict(g, dt),
+            Some(points) => *g = points.propagate(&self.model, *dt).1,
+            None => self.model.predict(g, *dt),
         }
     }
 }

@@ -62,6 +62,8 @@ pub struct Track<T, const NX: usize, const MODES: usize> {
     /// Scans that looked, up to 255.
     age: u8,
     resets: u8,
+    /// Whether the last scan may have seen it as one with another track.
+    pub(crate) unresolved: bool,
     /// r, the probability that the target exists: 1 unless the logic integrates it.
     pub(crate) existence: T,
     pub(crate) bank: ModeBank<T, NX, MODES>,
@@ -69,12 +71,13 @@ pub struct Track<T, const NX: usize, const MODES: usize> {
 
 impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
     /// A free slot.
-    pub(crate) const FREE: Self = Self { id: 0, confirmed: false, history: 0, age: 0, resets: 0, existence: T::ZERO, bank: ModeBank::ZERO };
+    pub(crate) const FREE: Self =
+        Self { id: 0, confirmed: false, history: 0, age: 0, resets: 0, unresolved: false, existence: T::ZERO, bank: ModeBank::ZERO };
 
     /// Born with `hits` hits behind it.
     pub(crate) fn born(id: TrackId, hits: u8, logic: &Logic<T>, bank: ModeBank<T, NX, MODES>) -> Self {
         let history = (1u32 << hits.min(31)) - 1;
-        Self { id: id.number(), confirmed: false, history, age: hits, resets: 0, existence: logic.at_birth(), bank }
+        Self { id: id.number(), confirmed: false, history, age: hits, resets: 0, unresolved: false, existence: logic.at_birth(), bank }
     }
 
     /// Confirmed from the start: a cue from elsewhere.
@@ -123,6 +126,13 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
         self.existence
     }
 
+    /// Whether the last scan may have seen the target as one with that of another track, by a sensor that states its
+    /// [resolution](crate::sensor::Sensor::resolution).
+    #[must_use]
+    pub fn is_unresolved(&self) -> bool {
+        self.unresolved
+    }
+
     /// What is known of the target, all modes combined; `None` for a free slot.
     #[must_use]
     pub fn estimate(&self) -> Option<Estimate<T, NX>> {
@@ -131,10 +141,10 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
 
     /// Adds all of the track to `digest`.
     pub(crate) fn fold_into(&self, digest: &mut Digest) {
-        let Self { id, confirmed, history, age, resets, existence, bank } = self;
+        let Self { id, confirmed, history, age, resets, existence, bank, unresolved } = self;
         digest.word(*id);
         digest.word(*history);
-        digest.word(u32::from_le_bytes([(*confirmed).into(), *age, *resets, 0]));
+        digest.word(u32::from_le_bytes([(*confirmed).into(), *age, *resets, (*unresolved).into()]));
         digest.real(*existence);
         bank.prob.iter().for_each(|p| digest.real(*p));
         for g in &bank.modes {
@@ -201,8 +211,12 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
     }
 
     /// Whether `other` follows the same target, by the logic's distance: the mean of the squared differences of
-    /// position and velocity in all axes, each over the sum of its variances.
+    /// position and velocity in all axes, each over the sum of its variances. Two confirmed tracks that a sensor may not tell apart
+    /// are close for that reason.
     pub(crate) fn is_duplicate_of(&self, other: &Self, logic: &Logic<T>, layout: Layout) -> bool {
+        if self.unresolved && other.unresolved && self.confirmed && other.confirmed {
+            return false;
+        }
         let (a, b) = (self.likely(), other.likely());
         let (mut sum, mut terms) = (T::ZERO, 0);
         for i in (0..layout.axes).flat_map(|axis| [axis * layout.stride, axis * layout.stride + 1]) {

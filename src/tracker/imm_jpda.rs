@@ -25,6 +25,13 @@
 //! and the associator does the rest ([`ClutterPrior::Diffuse`]). Where a sensor states a density for some detections, those
 //! keep it, m counts the others alone, and their λ counts as known.
 //!
+//! # Unresolved targets
+//! Two targets within the cells of the sensor may give one detection between them. Where the sensor states its
+//! [resolution](crate::sensor::Sensor::resolution) and the association is [`MergingJpda`](crate::association::MergingJpda), tracks that
+//! come so close are handled as pairs, scan by scan (unresolved.rs); otherwise that code is not in the image. With p pairs at most a
+//! scan costs 2 p associations, t combined estimates and measurements, p t² / 2 looks at two tracks and p m weights more, and a track
+//! in a pair g + 1 detections, each with a noise of its own.
+//!
 //! # Cost
 //! Likelihoods are computed twice, before and after the association: kept for all tracks they would take
 //! TRACKS DETS MODES scalars, and their innovations, whose size depends on the sensor, TRACKS MODES NX NZ more. The second
@@ -43,13 +50,14 @@
 
 use super::picture::{Outcome, Picture, Setup, looks};
 use super::rows;
+use super::unresolved::{self, Dwell, Shared, Sights};
 use super::{Scratch, State, Tracker, Work};
 use crate::association::{AssociationMatrix, Associator, Jpda};
 use crate::error::{ConfigError, ScanError};
-use crate::evidence::innovations;
+use crate::evidence::{no_innovations, predict_measurements};
 use crate::gaussian::Gaussian;
 use crate::initiation::Initiation;
-use crate::mode::{JumpMatrix, ModeSet};
+use crate::mode::{ActiveSet, JumpMatrix, ModeSet};
 use crate::model::Layout;
 use crate::scalar::Real;
 use crate::scan::{Detection, Report, Scan, Selection};
@@ -133,10 +141,11 @@ where
         scan: &Scan<'_, T, NZ>,
     ) -> Result<Report, ScanError> {
         let (selection, mut report) = state.picture.open(&self.setup, sensor, scan)?;
-        score(state, sensor, scan.detections, &selection);
+        let diffuse = score(state, sensor, scan.detections, &selection);
+        let sights = pair_up(state, sensor, scan.detections, &selection, diffuse);
         let Joint { matrix, memory } = &mut state.scratch;
         report.add(self.associator.associate(matrix, memory));
-        self.absorb(state, sensor, scan.detections, &selection, &mut report);
+        self.absorb(state, sensor, scan.detections, &selection, sights.as_ref(), &mut report);
         state.picture.close(&self.setup, sensor, scan, &selection, &mut report);
         Ok(report)
     }
@@ -149,18 +158,34 @@ where
         sensor: &S,
         detections: &[Detection<T, NZ>],
         selection: &Selection<DETS>,
+        sights: Option<&Sights<T, NZ, TRACKS>>,
         report: &mut Report,
     ) {
-        let State { picture: Picture { tracks, .. }, evidence, scratch: Joint { matrix, .. } } = state;
+        let State { picture: Picture { tracks, .. }, evidence, scratch: Joint { matrix, memory } } = state;
+        let (model, mut innovations) = (sensor.model(), no_innovations());
         for (slot, track) in tracks.iter_mut().enumerate().filter(|(_, t)| !t.is_free()) {
-            let Some((beta_0, row)) = matrix.row_mut(slot) else { continue };
-            let innovations = innovations(&track.bank, sensor.model());
-            evidence.take(&innovations, detections, selection.indices.iter().copied().zip(row.iter().copied()));
-            let p_detect = sensor.p_detect(&track.bank.modes[0].mean);
+            let Some((beta_0, row)) = matrix.row(slot) else { continue };
+            let bank = &mut track.bank;
+            predict_measurements(&mut innovations, bank, ActiveSet::first(MODES), model);
+            let p_detect = sensor.p_detect(&bank.modes[0].mean);
             let doubt = self.setup.logic.doubt(track.existence, p_detect * sensor.gate().p_gate());
-            let resets = evidence.absorb(*beta_0 * doubt, &mut track.bank, &innovations, sensor.model(), detections);
-            self.setup.logic.believe(&mut track.existence, doubt, *beta_0, T::ONE - *beta_0);
-            self.setup.conclude(track, Outcome { looked: looks(p_detect), hit: *beta_0 < T::lit(0.5), resets }, report);
+            let shared = sights.zip(sensor.resolution()).and_then(|(sights, resolution)| {
+                let pair = A::pairs(memory)?.iter().find(|pair| pair.rows.iter().any(|row| usize::from(*row) == slot))?;
+                Shared::new(pair, slot, (beta_0, row), sights, &Dwell { sensor, resolution, detections, selection })
+            });
+            track.unresolved = shared.is_some();
+            let (missed, resets) = match &shared {
+                None => {
+                    evidence.take(&innovations, detections, selection.indices.iter().copied().zip(row.iter().copied()));
+                    (beta_0, evidence.absorb(beta_0 * doubt, bank, &innovations, model, detections))
+                }
+                Some(Shared { detections, beta, beta_0, unseen }) => {
+                    evidence.take(&innovations, detections, (0..).zip(beta.iter().copied()));
+                    (*beta_0 + *unseen, evidence.absorb(*beta_0 * doubt, bank, &innovations, model, detections))
+                }
+            };
+            self.setup.logic.believe(&mut track.existence, doubt, missed, T::ONE - missed);
+            self.setup.conclude(track, Outcome { looked: looks(p_detect), hit: missed < T::lit(0.5), resets }, report);
         }
     }
 
@@ -189,14 +214,45 @@ fn score<T: Real, S: Sensor<T, NX, NZ>, A, const NX: usize, const NZ: usize, con
     sensor: &S,
     detections: &[Detection<T, NZ>],
     selection: &Selection<DETS>,
-) where
+) -> T
+where
     A: Associator<T, TRACKS, DETS>,
 {
     let State { picture, evidence, scratch: Joint { matrix, .. } } = state;
+    let mut innovations = no_innovations();
     rows::write(matrix, picture, evidence, sensor, detections, selection, |evidence, _, track, look| {
-        let innovations = innovations(&track.bank, look.model());
-        evidence.collect(&track.bank, &innovations, look, detections, &selection.indices)
-    });
+        predict_measurements(&mut innovations, &track.bank, ActiveSet::first(MODES), look.model());
+        evidence.collect(&track.bank, &innovations, look, detections, selection.candidates())
+    })
+}
+
+/// Finds the tracks that the sensor may not tell apart, and what they weigh as one: nothing, unless the sensor states its resolution
+/// and the association weighs such pairs.
+#[inline(always)]
+fn pair_up<T, S, A, const NX: usize, const NZ: usize, const MODES: usize, const TRACKS: usize, const DETS: usize>(
+    state: &mut JointState<T, NX, MODES, TRACKS, DETS, A>,
+    sensor: &S,
+    detections: &[Detection<T, NZ>],
+    selection: &Selection<DETS>,
+    diffuse: T,
+) -> Option<Sights<T, NZ, TRACKS>>
+where
+    T: Real,
+    S: Sensor<T, NX, NZ>,
+    A: Associator<T, TRACKS, DETS>,
+{
+    let State { picture: Picture { tracks, claimed, .. }, scratch: Joint { memory, .. }, .. } = state;
+    let pairs = A::pairs(memory)?;
+    pairs.clear();
+    let resolution = sensor.resolution()?;
+    let sights = unresolved::look(tracks, sensor);
+    unresolved::pair_up(pairs, &sights, &Dwell { sensor, resolution, detections, selection }, diffuse);
+    for pair in pairs.iter() {
+        for (claimed, g) in claimed.iter_mut().zip(&pair.hit) {
+            *claimed |= *g > T::ZERO;
+        }
+    }
+    (!pairs.is_empty()).then_some(sights)
 }
 
 impl<T, M, A, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Tracker<T, NX, MODES>

@@ -33,10 +33,10 @@ use super::picture::{Look, Outcome, Picture, Setup, looks};
 use super::{State, Tracker, Work, printed};
 use crate::association::{Pda, SingleAssociator};
 use crate::error::{ConfigError, ScanError};
-use crate::evidence::{Found, innovations};
+use crate::evidence::{Found, no_innovations, predict_measurements};
 use crate::gaussian::Gaussian;
 use crate::initiation::Initiation;
-use crate::mode::{JumpMatrix, ModeSet};
+use crate::mode::{ActiveSet, JumpMatrix, ModeSet};
 use crate::model::Layout;
 use crate::scalar::Real;
 use crate::scan::{Detection, Report, Scan, Selection};
@@ -130,6 +130,7 @@ where
         report: &mut Report,
     ) {
         let State { picture: Picture { tracks, claimed, .. }, evidence, .. } = state;
+        let mut innovations = no_innovations();
         for track in tracks.iter_mut().filter(|t| !t.is_free()) {
             let Track { bank, existence, .. } = track;
             let look = Look { sensor, existence: *existence, diffuse: Clutter::Diffuse };
@@ -143,10 +144,10 @@ where
             };
             let Found { miss, hits, resets } = if A::COMBINED_INNOVATION {
                 let associate = |miss, weights: &mut [T]| self.associator.associate(miss, weights);
-                printed::update::<T, _, NX, NZ, MODES, DETS>(bank, &look, associate, doubt, detections, &selection.indices, claim)
+                printed::update::<T, _, NX, NZ, MODES, DETS>(bank, &look, associate, doubt, detections, selection.candidates(), claim)
             } else {
-                let innovations = innovations(bank, sensor.model());
-                evidence.gate(bank, &innovations, &look, detections, &selection.indices);
+                predict_measurements(&mut innovations, bank, ActiveSet::first(MODES), sensor.model());
+                evidence.gate(bank, &innovations, &look, detections, selection.candidates());
                 evidence.gated().iter().copied().for_each(claim);
                 if A::PROPORTIONAL {
                     evidence.pda(bank, &innovations, &look, detections, doubt)

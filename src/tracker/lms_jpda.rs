@@ -174,6 +174,7 @@ where
     ) {
         let State { picture: Picture { tracks, .. }, evidence, scratch: Likely { joint: Joint { matrix, .. }, slots, dt } } = state;
         let (model, mut innovations) = (sensor.model(), no_innovations());
+        let steps = self.steps(*dt);
         for ((number, track), slot) in tracks.iter_mut().enumerate().zip(slots).filter(|((_, t), _)| !t.is_free()) {
             let Some((beta_0, row)) = matrix.row_mut(number) else { continue };
             let Track { bank, existence, .. } = track;
@@ -186,7 +187,7 @@ where
             let miss = *beta_0 * doubt;
             let recall = looks(p_detect) && self.likely.recalls(NZ, |nis| evidence.is_explained(bank, &predicted, model, detections, nis));
             let Corrected { evidence: weights, mut resets } = evidence.correct(miss, bank, &predicted, model, detections);
-            self.adapt(bank, slot, weights, recall, *dt, |bank, new| {
+            self.adapt(bank, slot, weights, recall, steps.as_ref(), |bank, new| {
                 predict_measurements(&mut innovations, bank, new, model);
                 let predicted = SomeInnovations::activated(&innovations, run, new);
                 let more = evidence.correct_activated(miss, bank, &predicted, model, detections);
@@ -198,6 +199,11 @@ where
         }
     }
 
+    /// The steps since the last scan; none between two scans at the same time, when no mode jumps.
+    pub(super) fn steps(&self, dt: T) -> Option<M::Steps> {
+        (dt > T::ZERO).then(|| self.setup.modes.steps(dt))
+    }
+
     /// Adapts the modes of a track whose likely ones were corrected; `correct` corrects those that are activated.
     #[inline(always)]
     pub(super) fn adapt(
@@ -206,14 +212,13 @@ where
         slot: &mut Slot<T, NX, MODES>,
         evidence: [T; MODES],
         recall: bool,
-        dt: T,
+        steps: Option<&M::Steps>,
         correct: impl FnOnce(&mut ModeBank<T, NX, MODES>, ActiveSet) -> [T; MODES],
     ) {
         let adaptation = self.likely.adapt(bank, slot.run, evidence, recall, |bank, new| {
-            // Between two scans at the same time no mode jumps.
-            (dt > T::ZERO).then(|| {
+            steps.map(|steps| {
                 bank.interact_from(&slot.before, &self.setup.jump, slot.run, new);
-                bank.predict_active(&self.setup.modes, new, dt);
+                bank.advance_active(&self.setup.modes, new, steps);
                 correct(bank, new)
             })
         });
@@ -244,7 +249,7 @@ fn score<T: Real, S: Sensor<T, NX, NZ>, A, const NX: usize, const NZ: usize, con
         let run = slots.get(slot).map_or(ActiveSet::EMPTY, |slot| slot.run);
         predict_measurements(&mut innovations, &track.bank, run, look.model());
         let predicted = SomeInnovations::new(&innovations, run);
-        evidence.collect(&track.bank, &predicted, look, detections, &selection.indices)
+        evidence.collect(&track.bank, &predicted, look, detections, selection.candidates())
     });
 }
 
@@ -259,7 +264,7 @@ fn predict<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usiz
     gap: Duration,
 ) {
     let dt = gap.as_secs::<T>();
-    let p_survive = setup.logic.p_survive(dt);
+    let (p_survive, steps) = (setup.logic.p_survive(dt), setup.modes.steps(dt));
     for (track, Slot { track: owner, run, before }) in tracks.iter_mut().zip(slots).filter(|(t, _)| !t.is_free()) {
         let (id, active, bank) = (track.id(), track.bank.active(), &mut track.bank);
         if gap == Duration::ZERO || *owner != id {
@@ -271,7 +276,7 @@ fn predict<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usiz
         before.copy_active(bank, active);
         bank.prob = [T::ZERO; MODES];
         bank.interact_from(before, &setup.jump, *run, *run);
-        bank.predict_active(&setup.modes, *run, dt);
+        bank.advance_active(&setup.modes, *run, &steps);
         bank.anchor(*run);
         track.existence *= p_survive;
     }

@@ -5,25 +5,36 @@
 //! | `imm_pdaf.rs` | every track associated as if it were alone |
 //! | `imm_jpda.rs` | all tracks associated together |
 //! | `lms_jpda.rs` | the same, each track with the likely ones of many modes |
-//! | `picture.rs`, `births.rs` | what all share: prediction, life and birth of tracks |
+//! | `coupled.rs` | two targets as one, unresolved detections included |
+//! | `unresolved.rs` | tracks that the sensor may not tell apart |
+//! | `jms_glmb.rs`, `glmb_cycle.rs` | a labelled random finite set |
+//! | `picture.rs`, `births.rs` | what the others share: prediction, life and birth of tracks |
 //! | `rows.rs` | what joint association is made from |
-//! | `state.rs` | what they remember |
+//! | `state.rs`, `glmb_state.rs` | what they remember |
 //! | `work.rs` | the most work that a scan can make |
 //! | `printed.rs`, `printed_joint.rs` | baselines for [`ImmPdaf`] and [`LmsJpda`] |
 
 mod births;
+mod coupled;
+mod glmb_cycle;
+mod glmb_state;
 mod imm_jpda;
 mod imm_pdaf;
+mod jms_glmb;
 mod lms_jpda;
 mod picture;
 mod printed;
 mod printed_joint;
 mod rows;
 mod state;
+mod unresolved;
 mod work;
 
+pub use coupled::{CoupledState, ImmCoupled};
+pub use glmb_state::{GlmbState, LabelledEstimate};
 pub use imm_jpda::{ImmJpda, Joint, JointState};
 pub use imm_pdaf::ImmPdaf;
+pub use jms_glmb::JmsGlmb;
 pub use lms_jpda::{Likely, LmsJpda, LmsState};
 pub use state::{Scratch, State};
 pub use work::Work;

@@ -216,10 +216,10 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
             return;
         }
         let dt = gap.as_secs::<T>();
-        let p_survive = setup.logic.p_survive(dt);
+        let (p_survive, steps) = (setup.logic.p_survive(dt), setup.modes.steps(dt));
         for track in self.tracks.iter_mut().filter(|t| !t.is_free()) {
             track.bank.interact(&setup.jump);
-            track.bank.predict(&setup.modes, dt);
+            track.bank.advance(&setup.modes, &steps);
             track.existence *= p_survive;
         }
     }

@@ -15,7 +15,7 @@ use crate::evidence::{Evidence, Found, innovations};
 use crate::mode::ModeBank;
 use crate::model::MeasurementModel;
 use crate::scalar::{Real, exp};
-use crate::scan::Detection;
+use crate::scan::{Candidates, Detection};
 use crate::sensor::Sensor;
 use nalgebra::SVector;
 
@@ -28,7 +28,7 @@ pub(super) fn update<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: u
     associate: impl FnOnce(T, &mut [T]) -> T,
     doubt: T,
     detections: &[Detection<T, NZ>],
-    candidates: &[u16],
+    candidates: Candidates<'_>,
     gated: impl FnMut(u16),
 ) -> Found<T> {
     let model = sensor.model();

@@ -51,16 +51,16 @@ where
         rows::write(matrix, picture, evidence, sensor, detections, &selection, |evidence, slot, track, look| {
             let run = slots.get(slot).map_or(ActiveSet::EMPTY, |slot| slot.run);
             let widest = ModeBank::<T, NX, 1>::new([T::ONE], widest(&track.bank, run, model));
-            evidence.collect(&widest, &innovations(&widest, model), look, detections, &selection.indices)
+            evidence.collect(&widest, &innovations(&widest, model), look, detections, selection.candidates())
         });
         report.add(self.associator.associate(matrix, memory));
 
         let Picture { tracks, .. } = picture;
+        let (mut innovations, steps) = (no_innovations(), self.steps(*dt));
         for ((number, track), slot) in tracks.iter_mut().enumerate().zip(slots).filter(|((_, t), _)| !t.is_free()) {
             let Some((beta_0, row)) = matrix.row_mut(number) else { continue };
             let bank = &mut track.bank;
             let run = slot.run;
-            let mut innovations = no_innovations();
             predict_measurements(&mut innovations, bank, run, model);
             let predicted = SomeInnovations::new(&innovations, run);
             evidence.take(&predicted, detections, selection.indices.iter().copied().zip(row.iter().copied()));
@@ -69,7 +69,7 @@ where
             let (ln_likelihood, mut resets) = correct(evidence, bank, &predicted, model, detections);
             let reference = ln_likelihood.iter().fold(-T::ONE / T::ZERO, |most, ln_l| larger(most, *ln_l));
             let relative = |ln_l: T| if ln_l - reference > T::lit(MOST) { exp(T::lit(MOST)) } else { exp(ln_l - reference) };
-            self.adapt(bank, slot, ln_likelihood.map(relative), recall, *dt, |bank, new| {
+            self.adapt(bank, slot, ln_likelihood.map(relative), recall, steps.as_ref(), |bank, new| {
                 predict_measurements(&mut innovations, bank, new, model);
                 let predicted = SomeInnovations::activated(&innovations, run, new);
                 let (ln_likelihood, more) = correct(evidence, bank, &predicted, model, detections);

@@ -14,7 +14,7 @@ use crate::sensor::{Clutter, Sensor};
 use crate::track::Track;
 
 /// Writes the row of every track from what `collect` finds for the track in a slot; it returns the volume of the gate. Weights
-/// that are not finite are left out: they would spoil the rows of others.
+/// that are not finite are left out: they would spoil the rows of others. Returns 1 / λ of diffuse clutter, where there is any.
 #[inline(always)]
 pub(super) fn write<
     T: Real,
@@ -32,7 +32,7 @@ pub(super) fn write<
     detections: &[Detection<T, NZ>],
     selection: &Selection<DETS>,
     mut collect: impl FnMut(&mut Evidence<T, DETS>, usize, &Track<T, NX, MODES>, &Look<'_, S, T>) -> T,
-) {
+) -> T {
     let Picture { tracks, claimed, .. } = picture;
     matrix.reset(selection.indices.len(), ClutterPrior::Poisson, Domain::Linear);
     let mut volume = T::ZERO;
@@ -57,18 +57,18 @@ pub(super) fn write<
     estimate_clutter(matrix, volume, |column| {
         let detection = selection.indices.get(column).and_then(|number| detections.get(usize::from(*number)));
         detection.is_some_and(|d| sensor.clutter(&d.z) == Clutter::Diffuse)
-    });
+    })
 }
 
-/// Divides the weights of the columns that are `diffuse` by λ = m / V.
+/// Divides the weights of the columns that are `diffuse` by λ = m / V. Returns 1 / λ.
 fn estimate_clutter<T: Real, const TRACKS: usize, const DETS: usize>(
     matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
     volume: T,
     diffuse: impl Fn(usize) -> bool,
-) {
+) -> T {
     let columns = matrix.columns();
     if !(0..columns).any(&diffuse) {
-        return;
+        return T::ONE;
     }
     let possible = |column: &usize| matrix.hit.iter().any(|row| row.get(*column).is_some_and(|h| *h > T::ZERO));
     let (mut count, mut known) = (0, 0);
@@ -76,7 +76,7 @@ fn estimate_clutter<T: Real, const TRACKS: usize, const DETS: usize>(
         *(if diffuse(column) { &mut count } else { &mut known }) += 1;
     }
     if count == 0 {
-        return;
+        return T::ONE;
     }
     if known == 0 {
         matrix.clutter = ClutterPrior::Diffuse;
@@ -87,4 +87,5 @@ fn estimate_clutter<T: Real, const TRACKS: usize, const DETS: usize>(
             *entry *= scale;
         }
     }
+    scale
 }

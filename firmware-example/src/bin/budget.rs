@@ -12,7 +12,7 @@
 use boresight::association::{Associator, Completeness, Jpda, JpdaMemory};
 use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
@@ -25,14 +25,14 @@ type Joint = JpdaMemory<f32, TRACKS, DETS, NODES>;
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn imm6_step(imm: &Imm6, track: &mut Track<6, 2>, plots: &[Detection<f32, 2>], numbers: &[u16]) {
-    imm.step(track, plots, numbers);
+fn imm6_step(imm: &Imm6, track: &mut Track<6, 2>, plots: &[Detection<f32, 2>], candidates: Candidates<'_>) {
+    imm.step(track, plots, candidates);
 }
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn imm4_step(imm: &Imm4, track: &mut Track<4, 3>, plots: &[Detection<f32, 2>], numbers: &[u16]) {
-    imm.step(track, plots, numbers);
+fn imm4_step(imm: &Imm4, track: &mut Track<4, 3>, plots: &[Detection<f32, 2>], candidates: Candidates<'_>) {
+    imm.step(track, plots, candidates);
 }
 
 #[unsafe(no_mangle)]
@@ -63,12 +63,14 @@ fn filters(track6: &mut Track<6, 2>, track4: &mut Track<4, 3>) -> Result<bool, C
     let mut passed = true;
     track6.start(&data::IMM6_START);
     for (plots, expected) in data::IMM6_PLOTS.iter().zip(&data::IMM6_EXPECTED) {
-        imm6_step(&imm6, track6, &plots.map(Detection::new), &NUMBERS);
+        let plots = plots.map(Detection::new);
+        imm6_step(&imm6, track6, &plots, Candidates::new(&plots, &NUMBERS));
         passed &= track6.agrees(expected);
     }
     track4.start(&data::IMM4_START);
     for (plots, expected) in data::IMM4_PLOTS.iter().zip(&data::IMM4_EXPECTED) {
-        imm4_step(&imm4, track4, &plots.map(Detection::new), &NUMBERS);
+        let plots = plots.map(Detection::new);
+        imm4_step(&imm4, track4, &plots, Candidates::new(&plots, &NUMBERS));
         passed &= track4.agrees(expected);
     }
     let mut g = data::IMM4_START.modes[0].gaussian();

@@ -1,4 +1,5 @@
-//! Recorded radar scans through IMM-JPDAF on the microcontroller: frames in over SPI, tracks out over defmt.
+//! Recorded radar scans through IMM-JPDAF on the microcontroller: frames in over SPI, tracks out over defmt. Then the same scans
+//! through LMS-JPDAF, which has seven modes and runs the likely ones.
 //!
 //! `cargo run --release --bin demo` runs it in QEMU and decodes the log. The tracker's configuration and scans are those of the
 //! crate `twin`, so the desk can compute the same; the radar on the bus is its `simulated` one, which now and then makes a mistake.
@@ -11,7 +12,7 @@ use boresight::telemetry::Telemetry;
 use boresight::track::Status;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
-use twin::radar::{self, DETS, State, TRACKS};
+use twin::radar::{self, DETS, LikelyState, State, TRACKS};
 use twin::simulated::Radar;
 
 type Wire = Link<Radar, 2, DETS>;
@@ -20,10 +21,11 @@ type Wire = Link<Radar, 2, DETS>;
 fn main() -> ! {
     // The entry attribute makes this a static and hands out the one reference to it: all zero bits, so .bss.
     static mut STATE: State = State::new();
+    static mut LIKELY: LikelyState = LikelyState::new();
     static mut BUFFER: [u8; Wire::FRAME] = [0; Wire::FRAME];
     defmt::info!("boresight demo: {=usize} scans, state of {=usize} bytes", radar::scans(), size_of::<State>());
-    let passed = match track(STATE, BUFFER) {
-        Ok(confirmed) => confirmed > 0,
+    let passed = match track(STATE, BUFFER).and_then(|joint| Ok([joint, track_by_turns(LIKELY)?])) {
+        Ok(confirmed) => confirmed.iter().all(|tracks| *tracks > 0),
         Err(fault) => {
             defmt::error!("{}", defmt::Debug2Format(&fault));
             false
@@ -34,7 +36,7 @@ fn main() -> ! {
 
 /// Fetches scans until the radar is silent; returns the number of confirmed tracks at the end.
 fn track(state: &mut State, buffer: &mut [u8]) -> Result<usize, twin::Fault> {
-    let (tracker, sensor) = (radar::tracker()?, radar::sensor()?);
+    let (tracker, sensor) = (radar::tracker()?, radar::sensor::<3>()?);
     let mut link = Wire::new(Radar::default());
     loop {
         let scan = match link.poll(buffer) {
@@ -66,4 +68,25 @@ fn track(state: &mut State, buffer: &mut [u8]) -> Result<usize, twin::Fault> {
     }
     defmt::info!("{}", link.counts());
     Ok(state.estimates().filter(|e| e.status != Status::Tentative).count())
+}
+
+/// The same scans with seven turns for modes; returns the number of confirmed tracks at the end.
+fn track_by_turns(state: &mut LikelyState) -> Result<usize, twin::Fault> {
+    let (tracker, sensor) = (radar::likely_tracker()?, radar::sensor::<2>()?);
+    let (mut tracks, mut modes) = (0, 0);
+    for k in 0..radar::scans() {
+        radar::step(&tracker, &sensor, state, k)?;
+        for track in state.tracks() {
+            (tracks, modes) = (tracks + 1, modes + track.active().len());
+        }
+    }
+    let confirmed = state.tracks().filter(|track| track.status() != Status::Tentative).count();
+    let run = modes as f32 / tracks.max(1) as f32;
+    defmt::info!(
+        "of seven turns: {=usize} tracks, {=f32} modes run each, state of {=usize} bytes",
+        confirmed,
+        run,
+        size_of::<LikelyState>()
+    );
+    Ok(confirmed)
 }

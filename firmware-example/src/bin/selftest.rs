@@ -8,8 +8,7 @@
 
 use cortex_m_rt::entry;
 use cortex_m_semihosting::hprintln;
-use twin::radar::{SingleState, State};
-use twin::{Label, Sink, data::EXPECTED};
+use twin::{Label, Memory, Sink, data::EXPECTED};
 
 /// Compares values in order and keeps the first that differs.
 #[derive(Default)]
@@ -32,10 +31,9 @@ impl Sink for Comparison {
 
 #[entry]
 fn main() -> ! {
-    static mut STATE: State = State::new();
-    static mut SINGLE: SingleState = SingleState::new();
+    static mut MEMORY: Memory = Memory::new();
     let mut comparison = Comparison::default();
-    let run = twin::run(&mut comparison, STATE, SINGLE);
+    let run = twin::run(&mut comparison, MEMORY);
     if let Err(fault) = run {
         hprintln!("selftest: {:?}", fault);
     }

@@ -1,10 +1,11 @@
 //! One pass through every kernel: reference cases through EKF, UKF, IMM and IMM-PDAF, then every motion and
-//! measurement model on one density.
+//! measurement model on one density, and every rule of fusion.
 
 use crate::{Fault, Label, Sink, data, tell};
 use boresight::association::{Gate, Pda, SingleAssociator};
 use boresight::evidence::{Evidence, innovations};
-use boresight::gaussian::Gaussian;
+use boresight::fusion::{CrossCovariance, Rule, Weight};
+use boresight::gaussian::{Gaussian, Innovation};
 use boresight::mode::ModeBank;
 use boresight::model::converted::Polar;
 use boresight::model::linear::{LinearMeasurement, LinearMotion};
@@ -13,8 +14,8 @@ use boresight::model::position::Position;
 use boresight::model::radar::{Component, Mount, Radar};
 use boresight::model::turn::{KnownTurn, UnknownTurn};
 use boresight::model::unscented::{Scaling, Unscented};
-use boresight::model::{MeasurementModel, MotionModel};
-use boresight::scan::Detection;
+use boresight::model::{Layout, MeasurementModel, MotionModel};
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
@@ -96,7 +97,9 @@ pub fn run<S: Sink>(sink: &mut S) -> Result<(), Fault> {
     nonlinear(sink, "ukf plane", case, &motion, &radar);
     switching(sink, "imm-pdaf poisson", &data::IMM_PDAF, Clutter::Poisson(data::IMM_PDAF.density))?;
     switching(sink, "imm-pdaf diffuse", &data::IMM_PDAF, Clutter::Diffuse)?;
-    models(sink)
+    models(sink)?;
+    rules(sink);
+    correlated(sink, &data::UKF_PLANE)
 }
 
 fn nonlinear<S: Sink, D: MotionModel<f32, N>, M: MeasurementModel<f32, N, 2>, const N: usize>(
@@ -140,7 +143,7 @@ fn switching<S: Sink, const N: usize, const R: usize>(
         bank.predict(&motion, 1.0);
         let innovations = innovations(&bank, &sensor.model);
         let candidates = candidates.get(..plots.len()).unwrap_or(&candidates);
-        evidence.collect(&bank, &innovations, &sensor, &detections, candidates);
+        evidence.collect(&bank, &innovations, &sensor, &detections, Candidates::new(&detections, candidates));
         let (miss, weights) = evidence.weights();
         let beta_0 = Pda.associate(miss, weights);
         let resets = evidence.absorb(beta_0, &mut bank, &innovations, &sensor.model, &detections);
@@ -187,6 +190,64 @@ fn models<S: Sink>(sink: &mut S) -> Result<(), Fault> {
         let label = Label { part: "converted", scan: 0, track: 0, field };
         for value in converted.position.iter().chain(converted.cov.upper().iter().flatten()) {
             sink.take(label, *value);
+        }
+    }
+    Ok(())
+}
+
+/// Two densities of one target made one, by every rule.
+fn rules<S: Sink>(sink: &mut S) {
+    let (a, mut b) = (density::<6>(), density::<6>());
+    for (i, x) in b.mean.iter_mut().enumerate() {
+        *x += 0.5 * i as f32 - 1.0;
+        b.cov.upper_mut()[i][i] *= 0.6 + 0.2 * i as f32;
+    }
+    let by = |weight| Rule::Intersection(weight);
+    for (field, rule) in [
+        ("convex", Rule::NaiveConvex),
+        ("fixed", by(Weight::Fixed(0.3))),
+        ("determinant", by(Weight::Determinant)),
+        ("trace", by(Weight::Trace)),
+    ] {
+        let label = Label { part: "fusion rule", scan: 0, track: 0, field };
+        if let Some(fused) = rule.fuse(&a, &b) {
+            tell(sink, label, &fused);
+        }
+        if let Rule::Intersection(weight) = rule {
+            sink.take(label, weight.of(&a.cov, &b.cov).unwrap_or(-1.0));
+        }
+    }
+}
+
+/// Two filters of one target, the second of which sees less of it: their cross-covariance, their test and what is made of both.
+fn correlated<S: Sink>(sink: &mut S, case: &Nonlinear<4>) -> Result<(), Fault> {
+    let motion = LinearMotion { transition: matrix(&case.f), process_noise: symmetric(&case.q) };
+    let radar = |noise: Symmetric<f32, 2>| Radar::<f32, 2, 2, 2>::new([Component::Range, Component::Azimuth], noise);
+    let radars = [radar(symmetric(&case.r))?, radar(symmetric(&case.r).plus(&symmetric(&case.r)))?];
+    let mut filters = [Gaussian::new(SVector::from(case.x0), symmetric(&case.p0)); 2];
+    let mut cross = CrossCovariance::zeros();
+    for (scan, z) in case.z.iter().enumerate() {
+        filters.iter_mut().for_each(|g| motion.predict(g, case.dt));
+        cross.predict(&motion.transition, &motion.process_noise);
+        for (number, (g, radar)) in filters.iter_mut().zip(&radars).enumerate() {
+            let Some(z) = z.filter(|_| number == 0 || scan % 3 != 2) else { continue };
+            let innovation: Innovation<f32, 4, 2> = radar.innovation(g);
+            let (gain, h) = (innovation.gain(), MeasurementModel::<f32, 4, 2>::jacobian(radar, &g.mean));
+            if number == 0 {
+                cross.first_updated(&gain, &h)
+            } else {
+                cross.second_updated(&gain, &h)
+            }
+            let kept = g.update(&innovation, &MeasurementModel::<f32, 4, 2>::residual(radar, &SVector::from(z), &innovation.z_hat));
+            sink.take(Label { part: "cross-covariance", scan, track: number as u32, field: "update kept" }, f32::from(u8::from(kept)));
+        }
+        let label = Label { part: "cross-covariance", scan, track: 0, field: "P12" };
+        cross.0.iter().for_each(|p| sink.take(label, *p));
+        let [a, b] = &filters;
+        let square = cross.distance(a, b, Layout::UNKNOWN).map_or(-1.0, |d| d.square);
+        sink.take(Label { field: "distance", ..label }, square);
+        if let Some(fused) = cross.fuse(a, b) {
+            tell(sink, label, &fused);
         }
     }
     Ok(())

@@ -6,9 +6,11 @@
 
 #![no_std]
 
+pub mod coupled;
 #[rustfmt::skip]
 pub mod data;
 pub mod fusion;
+pub mod glmb;
 pub mod kernels;
 pub mod load;
 pub mod loaded;
@@ -18,6 +20,7 @@ pub mod record;
 pub mod simulated;
 pub mod workloads;
 
+use boresight::coupled::NoCross;
 use boresight::gaussian::Gaussian;
 
 /// What a value is.
@@ -58,6 +61,10 @@ pub enum Fault {
     Config(boresight::error::ConfigError),
     /// A scan was refused.
     Scan(boresight::error::ScanError),
+    /// A list of tracks was refused.
+    List(boresight::fusion::ListError),
+    /// A message was not understood.
+    Message(boresight::fusion::MessageError),
     /// A log could not be written.
     Log(boresight::log::LogError),
 }
@@ -80,11 +87,42 @@ impl From<boresight::error::ScanError> for Fault {
     }
 }
 
+impl From<boresight::fusion::ListError> for Fault {
+    fn from(error: boresight::fusion::ListError) -> Self {
+        Self::List(error)
+    }
+}
+
+impl From<boresight::fusion::MessageError> for Fault {
+    fn from(error: boresight::fusion::MessageError) -> Self {
+        Self::Message(error)
+    }
+}
+
+/// What all trackers remember.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    radar: radar::Memory,
+    coupled: coupled::Memory,
+    apart: coupled::Memory<NoCross>,
+    pairs: coupled::Tracks,
+}
+
+impl Memory {
+    /// All zero bits.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { radar: radar::Memory::new(), coupled: coupled::Memory::new(), apart: coupled::Memory::new(), pairs: coupled::Tracks::new() }
+    }
+}
+
 /// Everything, in the order of [`data::EXPECTED`].
 ///
 /// # Errors
 /// Where a configuration here is wrong.
-pub fn run<S: Sink>(sink: &mut S, state: &mut radar::State, single: &mut radar::SingleState) -> Result<(), Fault> {
-    radar::run(sink, state, single)?;
-    kernels::run(sink)
+pub fn run<S: Sink>(sink: &mut S, memory: &mut Memory) -> Result<(), Fault> {
+    let Memory { radar, coupled, apart, pairs } = memory;
+    radar::run(sink, radar)?;
+    kernels::run(sink)?;
+    coupled::run(sink, coupled, apart, pairs)
 }

@@ -7,7 +7,8 @@
 //! detections    P_D = 0.9, and clutter uniform in range 6..26 km, azimuth 0.5..2.6 rad: together half of the detections that
 //!               the tracker has room for, on average
 //! adversarial   ROUNDS times three scans
-//!               crowd     all tracks cued around one point, as many detections as there is room for, in the gates of all
+//!               crowd     all tracks cued around one point, as many detections as there is room for, in the gates of all; every
+//!                         other time at their edge, where no mode expects them
 //!               swarm     as many far from all tracks, close enough to each other that every one of them
 //!               swarm     pairs with every one of the next scan
 //! ```
@@ -41,6 +42,8 @@ const RANGES: [f32; 2] = [6_000.0, 26_000.0];
 const AZIMUTHS: [f32; 2] = [0.5, 2.6];
 /// Where the crowd is, x and y \[m\].
 const CROWD: [f32; 2] = [0.0, 12_000.0];
+/// Beyond 2.8 deviations of every cue there and within 4.
+const EDGE: [f32; 2] = [0.0, 12_905.0];
 
 /// The radar at the origin: range and azimuth, `STRIDE` states an axis.
 pub type Sensor<const STRIDE: usize> = UniformSensor<Radar<f32, 2, 2, STRIDE>, f32>;
@@ -91,9 +94,10 @@ pub fn run(subject: &mut impl Subject, room: Room) -> bool {
         load.recorded(k, room);
         passed &= subject.step(&load.scan(k)) && (k != 24 || subject.confirmed() >= room.tracks.div_ceil(2));
     }
-    for k in (SCANS..).step_by(3).take(ROUNDS) {
+    for (round, k) in (SCANS..).step_by(3).take(ROUNDS).enumerate() {
         subject.crowd(time(k - 1));
-        for (k, around, spread) in [(k, CROWD, 400.0), (k + 1, [14_000.0; 2], 30.0), (k + 2, [14_000.0; 2], 30.0)] {
+        let (crowd, width) = [(CROWD, 400.0), (EDGE, 50.0)][round % 2];
+        for (k, around, spread) in [(k, crowd, width), (k + 1, [14_000.0; 2], 30.0), (k + 2, [14_000.0; 2], 30.0)] {
             load.around(around, spread, room);
             passed &= subject.step(&load.scan(k));
         }

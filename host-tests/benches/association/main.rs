@@ -16,6 +16,8 @@
 mod enumeration;
 mod matrices;
 mod pyehm;
+#[path = "../support/mod.rs"]
+mod support;
 mod table;
 
 use boresight::association::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain, Jpda, JpdaMemory};
@@ -27,7 +29,8 @@ use matrices::Problem;
 use std::error::Error;
 use std::hint::black_box;
 use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use support::shortest;
 
 /// One memory for all sizes: that of the largest.
 const TRACKS: usize = 20;
@@ -153,23 +156,6 @@ fn associate<T: Real, const NODES: usize>(
     let row = |(miss, hit): (T, &[T])| std::iter::once(&miss).chain(hit).map(|beta| beta.to_f64()).collect();
     let marginals = (0..problem.tracks()).filter_map(|t| matrix.row(t).map(row)).collect();
     Some(Run { seconds, completeness, marginals })
-}
-
-/// Lets criterion time `routine`, and returns the seconds per call in the shortest of its batches: what else the machine
-/// does only adds to a time.
-fn shortest(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut routine: impl FnMut()) -> Option<f64> {
-    let mut shortest: Option<f64> = None;
-    group.bench_function(name, |bencher| {
-        bencher.iter_custom(|calls| {
-            let start = Instant::now();
-            (0..calls).for_each(|_| routine());
-            let elapsed = start.elapsed();
-            let seconds = elapsed.as_secs_f64() / calls as f64;
-            shortest = Some(shortest.map_or(seconds, |s| s.min(seconds)));
-            elapsed
-        });
-    });
-    shortest
 }
 
 /// The largest difference of any probability.

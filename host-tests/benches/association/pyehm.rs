@@ -1,11 +1,10 @@
 //! PyEHM on the same problems, through `time_pyehm.py` beside this directory, where a Python has it.
 
+use crate::support::ask;
 use crate::{AGREEMENT, Marginals, Measured};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::error::Error;
-use std::path::Path;
-use std::{env, fs, process};
 
 /// A problem as the script reads it; probabilities only where they are exact.
 #[derive(Serialize)]
@@ -40,18 +39,8 @@ pub struct Pyehm {
 
 /// Nothing timed where there is no PyEHM: the script says why.
 pub fn run(all: &[Measured]) -> Result<Pyehm, Box<dyn Error>> {
-    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join("association");
-    fs::create_dir_all(&dir)?;
-    let (problems, times) = (dir.join("problems.json"), dir.join("pyehm.json"));
-    fs::write(&problems, serde_json::to_vec(&all.iter().map(Problem::from).collect::<Vec<_>>())?)?;
-    let python = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/time_pyehm.py");
-    let ended_well = process::Command::new(&python).arg(script).args([&problems, &times]).status().is_ok_and(|status| status.success());
-    if !ended_well {
-        eprintln!("no times of PyEHM from {}", python.display());
-        return Ok(Pyehm::default());
-    }
-    let pyehm: Pyehm = serde_json::from_slice(&fs::read(&times)?)?;
+    let problems: Vec<_> = all.iter().map(Problem::from).collect();
+    let Some(pyehm) = ask::<Pyehm>("time_pyehm.py", &problems)? else { return Ok(Pyehm::default()) };
     if pyehm.difference > AGREEMENT {
         return Err(format!("PyEHM and f64 differ by {}", pyehm.difference).into());
     }

@@ -1,6 +1,7 @@
 //! The table: our time, and the times of the others as multiples of it.
 
 use crate::pyehm::Pyehm;
+use crate::support::times;
 use crate::{FEW, MOST_EVENTS, Measured, Run, difference};
 
 /// Prints the table, its legend, and where we are slower than PyEHM.
@@ -56,12 +57,4 @@ fn answer(few: &Run, exact: Option<&Run>) -> String {
 
 fn unless_exact(run: &Run) -> String {
     if run.completeness.is_exact() { String::new() } else { format!(" ({})", answer(run, None)) }
-}
-
-fn times(ratio: f64) -> String {
-    match ratio {
-        r if r < 0.095 => format!("x{r:.3}"),
-        r if r < 9.95 => format!("x{r:.1}"),
-        r => format!("x{r:.0}"),
-    }
 }

@@ -10,7 +10,7 @@ use boresight::model::position::Position;
 use boresight::model::turn::KnownTurn;
 use boresight::model::{MeasurementModel, MotionModel};
 use boresight::scalar::Real;
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
@@ -73,7 +73,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const STRIDE: usize, co
             bank.interact(&self.jump);
             bank.predict(&self.modes, lit(DT));
             let predicted = innovations(&bank, model);
-            self.evidence.gate(&bank, &predicted, &self.sensor, &plots, &[0, 1, 2, 3]);
+            self.evidence.gate(&bank, &predicted, &self.sensor, &plots, Candidates::new(&plots, &[0, 1, 2, 3]));
             self.evidence.pda(&mut bank, &predicted, &self.sensor, &plots, T::ONE);
         }
         bank.combined()

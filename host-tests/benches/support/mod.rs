@@ -46,6 +46,7 @@ pub fn ask<A: DeserializeOwned>(script: &str, question: &impl Serialize) -> Resu
 /// A ratio for the table.
 pub fn times(ratio: f64) -> String {
     match ratio {
+        r if r < 0.095 => format!("x{r:.3}"),
         r if r < 9.95 => format!("x{r:.1}"),
         r => format!("x{r:.0}"),
     }

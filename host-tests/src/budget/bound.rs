@@ -12,6 +12,7 @@
 
 use super::configuration::{Kind, Tracker};
 use crate::Failure;
+use boresight::fusion::FusionWork;
 use boresight::tracker::Work;
 
 /// The most work of one scan.
@@ -21,7 +22,8 @@ pub fn most(tracker: &Tracker) -> Result<Work, Failure> {
         Kind::ImmPdaf => Ok(Work::imm_pdaf(tracks, detections, modes)),
         Kind::ImmJpda { nodes: 64 } => Ok(Work::imm_jpda::<64>(tracks, detections, modes)),
         Kind::ImmJpda { nodes: 256 } => Ok(Work::imm_jpda::<256>(tracks, detections, modes)),
-        Kind::ImmJpda { nodes } => Err(Failure::input(format!("no formula for {nodes} nodes"))),
+        Kind::LmsJpda { nodes: 64 } => Ok(Work::lms_jpda::<64>(tracks, detections, modes)),
+        Kind::ImmJpda { nodes } | Kind::LmsJpda { nodes } => Err(Failure::input(format!("no formula for {nodes} nodes"))),
     }
 }
 
@@ -52,4 +54,23 @@ pub fn cycles(work: &Work) -> u64 {
         + work.fixes * STEP.fixes
         + work.pairings * STEP.pairings
         + work.looks * STEP.looks
+}
+
+/// Cycles of an update of fused tracks beside the steps.
+const UPDATE: u64 = 20_000;
+/// Cycles of a step of fusion, by its kind, for six states in two modes.
+const FUSION: FusionWork =
+    FusionWork { predictions: 1200, combinations: 1500, tests: 2200, fusions: 15_000, slopes: 2200, pairs: 45, looks: 12 };
+
+/// What the work of an update amounts to in cycles of a Cortex-M4, by the estimates of this file.
+#[must_use]
+pub fn fusion_cycles(work: &FusionWork) -> u64 {
+    UPDATE
+        + work.predictions * FUSION.predictions
+        + work.combinations * FUSION.combinations
+        + work.tests * FUSION.tests
+        + work.fusions * FUSION.fusions
+        + work.slopes * FUSION.slopes
+        + work.pairs * FUSION.pairs
+        + work.looks * FUSION.looks
 }

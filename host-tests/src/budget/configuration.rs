@@ -7,10 +7,17 @@ use super::image::Image;
 use crate::Failure;
 use serde::{Deserialize, Serialize};
 
-/// The kinds of tracker.
-const KINDS: [Kind; 3] = [Kind::ImmPdaf, Kind::ImmJpda { nodes: 64 }, Kind::ImmJpda { nodes: 256 }];
-/// States and modes
-const MOTIONS: [(usize, usize); 2] = [(4, 3), (6, 2)];
+/// The kinds of tracker, each with its states and modes. The last two are one tracker but for the modes that it runs.
+const KINDS: [(Kind, (usize, usize)); 8] = [
+    (Kind::ImmPdaf, (4, 3)),
+    (Kind::ImmPdaf, (6, 2)),
+    (Kind::ImmJpda { nodes: 64 }, (4, 3)),
+    (Kind::ImmJpda { nodes: 64 }, (6, 2)),
+    (Kind::ImmJpda { nodes: 256 }, (4, 3)),
+    (Kind::ImmJpda { nodes: 256 }, (6, 2)),
+    (Kind::ImmJpda { nodes: 64 }, (4, 7)),
+    (Kind::LmsJpda { nodes: 64 }, (4, 7)),
+];
 /// Tracks and detections
 pub const ROOMS: [(usize, usize); 3] = [(4, 8), (16, 32), (32, 64)];
 
@@ -36,6 +43,10 @@ pub const PIECES: [&str; 11] = [
     "cluster16_32",
 ];
 
+/// What the image `fusion` exports: a list taken in, and two made one picture. The latter is called twice with tracks that are
+/// apart, then twice in a crowd.
+pub const FUSION: [&str; 2] = ["receive16", "fuse16_16"];
+
 /// A kind of tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -46,6 +57,22 @@ pub enum Kind {
         /// Room for sets of served tracks
         nodes: usize,
     },
+    /// The same, of whose modes every track runs the likely ones
+    LmsJpda {
+        /// Room for sets of served tracks
+        nodes: usize,
+    },
+}
+
+impl Kind {
+    /// What it is called, and its nodes where it has any.
+    const fn words(self) -> (&'static str, Option<usize>) {
+        match self {
+            Kind::ImmPdaf => ("imm-pdaf", None),
+            Kind::ImmJpda { nodes } => ("imm-jpda", Some(nodes)),
+            Kind::LmsJpda { nodes } => ("lms-jpda", Some(nodes)),
+        }
+    }
 }
 
 /// A tracker with its capacities.
@@ -61,26 +88,24 @@ pub struct Tracker {
 impl Tracker {
     /// As the build of the image reads it.
     pub fn name(&self) -> String {
-        let Self { states, modes, tracks, detections, .. } = self;
-        match self.kind {
-            Kind::ImmPdaf => format!("imm-pdaf {states}x{modes} {tracks}x{detections}"),
-            Kind::ImmJpda { nodes } => format!("imm-jpda {states}x{modes} {tracks}x{detections} {nodes}"),
-        }
+        let Self { kind, states, modes, tracks, detections } = self;
+        name(*kind, &format!("{states}x{modes} {tracks}x{detections}"))
     }
 }
 
-/// A sweep needs a node for every detection and one more.
-pub fn is_possible(kind: Kind, detections: usize) -> bool {
-    !matches!(kind, Kind::ImmJpda { nodes } if nodes <= detections)
+fn name(kind: Kind, sizes: &str) -> String {
+    match kind.words() {
+        (word, Some(nodes)) => format!("{word} {sizes} {nodes}"),
+        (word, None) => format!("{word} {sizes}"),
+    }
 }
 
-/// All trackers of the budget.
+/// All trackers of the budget. A sweep needs a node for every detection and one more.
 pub fn trackers() -> impl Iterator<Item = Tracker> {
-    let motions = KINDS.into_iter().flat_map(|kind| MOTIONS.into_iter().map(move |motion| (kind, motion)));
-    let all = motions.flat_map(|(kind, (states, modes))| {
+    let all = KINDS.into_iter().flat_map(|(kind, (states, modes))| {
         ROOMS.into_iter().map(move |(tracks, detections)| Tracker { kind, states, modes, tracks, detections })
     });
-    all.filter(|tracker| is_possible(tracker.kind, tracker.detections))
+    all.filter(|tracker| tracker.kind.words().1.is_none_or(|nodes| nodes > tracker.detections))
 }
 
 /// Bytes of the states of one kind and motion: a row for every number of tracks, a column for every number of detections.
@@ -98,11 +123,18 @@ pub struct Sizes(pub Vec<Row>);
 impl Sizes {
     /// Bytes of one tracker's state.
     pub fn ram(&self, tracker: &Tracker) -> Result<u64, Failure> {
-        let row = self.0.iter().find(|row| row.name == row_name(tracker.kind, (tracker.states, tracker.modes)));
+        let row = self.0.iter().find(|row| row.name == row_name((tracker.kind, (tracker.states, tracker.modes))));
         let place = |list: [usize; 3], wanted| list.iter().position(|n| *n == wanted);
         let found = row.zip(place(TRACKS, tracker.tracks)).zip(place(DETECTIONS, tracker.detections));
         found.map(|((row, t), d)| row.bytes[t][d]).ok_or_else(|| Failure::input("not in the table of sizes").within(tracker.name()))
     }
+}
+
+/// Bytes of the picture of the image `fusion`, as the image `memory` tells them.
+pub fn picture(memory: &Image) -> Result<u64, Failure> {
+    let bytes = memory.data("PICTURE")?;
+    let word = bytes.as_array().ok_or_else(|| Failure::input("PICTURE is not one number"))?;
+    Ok(u64::from(u32::from_le_bytes(*word)))
 }
 
 /// The table `STATES` of the image `memory`.
@@ -111,23 +143,19 @@ pub fn sizes(memory: &Image) -> Result<Sizes, Failure> {
     let (words, _) = bytes.as_chunks::<4>();
     let (rows, _) = words.as_chunks::<3>();
     let (tables, _) = rows.as_chunks::<3>();
-    let names = KINDS.into_iter().flat_map(|kind| MOTIONS.map(|motion| (kind, motion)));
-    if tables.len() != KINDS.len() * MOTIONS.len() {
+    if tables.len() != KINDS.len() {
         return Err(Failure::input("the table STATES has another shape than the budget"));
     }
-    let row = |((kind, motion), table): (_, &[[[u8; 4]; 3]; 3])| Row {
-        name: row_name(kind, motion),
+    let row = |(kind, table): (_, &[[[u8; 4]; 3]; 3])| Row {
+        name: row_name(kind),
         bytes: table.map(|row| row.map(|word| u64::from(u32::from_le_bytes(word)))),
     };
-    Ok(Sizes(names.zip(tables).map(row).collect()))
+    Ok(Sizes(KINDS.into_iter().zip(tables).map(row).collect()))
 }
 
 /// The kind that a row of sizes is of.
-pub fn row_name(kind: Kind, (states, modes): (usize, usize)) -> String {
-    match kind {
-        Kind::ImmPdaf => format!("imm-pdaf {states}x{modes}"),
-        Kind::ImmJpda { nodes } => format!("imm-jpda {states}x{modes} {nodes}"),
-    }
+fn row_name((kind, (states, modes)): (Kind, (usize, usize))) -> String {
+    name(kind, &format!("{states}x{modes}"))
 }
 
 #[cfg(test)]
@@ -136,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_jpda_with_too_few_nodes_is_left_out() {
-        assert_eq!(trackers().count(), 16);
+        assert_eq!(trackers().count(), 20);
         assert!(trackers().all(|tracker| tracker.name() != "imm-jpda 4x3 32x64 64"));
     }
 }

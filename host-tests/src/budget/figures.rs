@@ -2,6 +2,8 @@
 
 use super::configuration::Sizes;
 use super::count::Call;
+use super::labelled::Form;
+use super::likely::Runs;
 use crate::{Failure, output};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -35,7 +37,8 @@ impl Load {
         }
     }
 
-    fn figures(&self) -> [(&'static str, u64); 4] {
+    /// Each with its name.
+    pub fn figures(&self) -> [(&'static str, u64); 4] {
         [
             ("mean instructions", self.mean_instructions),
             ("worst instructions", self.worst_instructions),
@@ -82,6 +85,14 @@ impl Kernel {
     }
 }
 
+/// What fusion costs: memory in bytes, and the costliest call of every kind.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fusion {
+    pub ram: u64,
+    pub flash: u64,
+    pub calls: IndexMap<String, Kernel>,
+}
+
 /// All figures.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Record {
@@ -89,8 +100,13 @@ pub struct Record {
     pub compiler: String,
     pub sizes: Sizes,
     pub trackers: IndexMap<String, Figures>,
+    /// Of trackers of many modes
+    pub runs: IndexMap<String, Runs>,
     pub kernels: IndexMap<String, Kernel>,
     pub pieces: IndexMap<String, Kernel>,
+    pub fusion: Fusion,
+    /// Of labelled sets
+    pub labelled: IndexMap<String, Form>,
 }
 
 impl Record {
@@ -144,12 +160,18 @@ impl Record {
             list.into_iter().map(|(figure, value)| (format!("{name}, {figure}"), value)).collect()
         };
         let trackers = self.trackers.iter().flat_map(|(name, figures)| within(name, figures.list()));
-        let kernels = self.kernels.iter().chain(&self.pieces).flat_map(|(name, kernel)| within(name, kernel.list()));
+        let kernels =
+            self.kernels.iter().chain(&self.pieces).chain(&self.fusion.calls).flat_map(|(name, kernel)| within(name, kernel.list()));
         let sizes = self.sizes.0.iter().flat_map(|row| {
             let cells = row.bytes.as_flattened().iter().enumerate();
             within(&row.name, cells.map(|(k, bytes)| (format!("size {k}"), *bytes)).collect())
         });
-        trackers.chain(kernels).chain(sizes).collect()
+        let runs = self.runs.iter().flat_map(|(name, Runs { tracks, modes })| {
+            within(name, vec![("modes a thousand tracks".to_owned(), 1000 * modes / tracks.max(&1))])
+        });
+        let fusion = [("fusion, ram".to_owned(), self.fusion.ram), ("fusion, flash".to_owned(), self.fusion.flash)];
+        let labelled = self.labelled.iter().flat_map(|(name, form)| within(name, form.list()));
+        trackers.chain(fusion).chain(labelled).chain(runs).chain(kernels).chain(sizes).collect()
     }
 }
 

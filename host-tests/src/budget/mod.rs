@@ -3,6 +3,7 @@
 //! ```text
 //! build     the images of firmware-example, one per tracker, by cargo                         image.rs
 //! count     run each in QEMU with the plugin of firmware-example/counter                      count.rs
+//! modes     how many ran of those that may, where a tracker chooses                            likely.rs
 //! bound     the operation-count formula of each tracker, for its const parameters             bound.rs
 //! publish   a table between two marks of firmware-example/README.md, and the same figures
 //!           for machines in firmware-example/budget.toml                                      table.rs
@@ -17,12 +18,14 @@ mod configuration;
 mod count;
 mod figures;
 mod image;
+mod labelled;
+mod likely;
 mod table;
 
 use crate::{Failure, output};
-use configuration::{KERNELS, PIECES, Tracker, trackers};
+use configuration::{FUSION, KERNELS, PIECES, Tracker, trackers};
 use count::{Board, Call};
-use figures::{Figures, Kernel, Load, Record};
+use figures::{Figures, Fusion, Kernel, Load, Record};
 use image::Image;
 use indexmap::IndexMap;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -73,14 +76,19 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     let bar = progress(trackers.len() as u64 + 2);
     bar.set_message("the counter and the common images");
     let counter = image::build_counter(root)?;
-    image::build(root, &["budget", "empty", "kernels", "memory"], &[])?;
+    image::build(root, &["budget", "empty", "fusion", "glmb", "kernels", "memory", "unfused"], &[])?;
     bar.inc(1);
 
-    let sizes = configuration::sizes(&Image::open(root, "memory")?)?;
-    let mut record = Record { compiler: image::compiler(root)?, sizes, ..Record::default() };
+    let memory = Image::open(root, "memory")?;
+    let mut record = Record { compiler: image::compiler(root)?, sizes: configuration::sizes(&memory)?, ..Record::default() };
     if with_kernels {
         record.kernels = measure_kernels(&counter, &Image::open(root, "budget")?, &KERNELS)?;
         record.pieces = measure_kernels(&counter, &Image::open(root, "kernels")?, &PIECES)?;
+        let fusion = Image::open(root, "fusion")?;
+        let flash = fusion.flash()?.saturating_sub(Image::open(root, "unfused")?.flash()?);
+        record.fusion = Fusion { ram: configuration::picture(&memory)?, flash, calls: measure_fusion(&counter, &fusion)? };
+        let glmb = Image::open(root, "glmb")?;
+        record.labelled = labelled::forms(&glmb, &on_both_boards(&counter, &glmb, &labelled::functions())?)?;
     }
     bar.inc(1);
 
@@ -106,6 +114,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     for (tracker, figures) in trackers.iter().zip(counted) {
         let figures = figures.into_inner().unwrap_or_else(|| Err(Failure::input("not counted")));
         record.trackers.insert(tracker.name(), figures.map_err(|failure| failure.within(tracker.name()))?);
+        record.runs.extend(likely::runs(tracker)?.map(|runs| (tracker.name(), runs)));
     }
     Ok(record)
 }
@@ -132,6 +141,18 @@ fn measure_kernels(counter: &Path, image: &Image, functions: &[&str]) -> Result<
         Ok((name.to_owned(), kernel.ok_or_else(|| Failure::input(format!("{name} has not been called")))?))
     };
     functions.iter().map(|name| worst(name)).collect()
+}
+
+fn measure_fusion(counter: &Path, image: &Image) -> Result<IndexMap<String, Kernel>, Failure> {
+    let calls = on_both_boards(counter, image, &FUSION)?;
+    let [receive, fuse] = FUSION.map(|name| calls.iter().filter(|call| call.function == name).collect::<Vec<_>>());
+    let (apart, crowd) = fuse.split_at(fuse.len() / 2);
+    let kinds = [(FUSION[0].to_owned(), receive.as_slice()), (FUSION[1].to_owned(), apart), (format!("{}, crowd", FUSION[1]), crowd)];
+    let worst = |(name, calls): (String, &[&Call])| {
+        let kernel = calls.iter().max_by_key(|call| call.cycles).map(|call| Kernel::of(call));
+        kernel.ok_or_else(|| Failure::input(format!("{name} has not been called"))).map(|kernel| (name, kernel))
+    };
+    kinds.into_iter().map(worst).collect()
 }
 
 /// The calls on a Cortex-M4, which a Cortex-M7 must make alike.

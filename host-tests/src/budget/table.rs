@@ -2,10 +2,12 @@
 
 use super::bound;
 use super::configuration::{DETECTIONS, PIECES, ROOMS, Sizes, TRACKS, trackers};
-use super::figures::{Figures, Record};
+use super::figures::{Figures, Fusion, Kernel, Record};
+use super::labelled;
 use crate::{Failure, output};
 use std::fmt::Write;
 use std::path::Path;
+use twin::load;
 
 /// What the table stands between.
 const MARKS: [&str; 2] = ["<!-- budget: begin -->\n", "<!-- budget: end -->\n"];
@@ -46,7 +48,6 @@ pub fn render(record: &Record) -> Result<String, Failure> {
         if adversarial.worst_cycles.max(recorded.worst_cycles) > cycles {
             return Err(Failure::check("more cycles observed than the bound gives: calibrate it anew").within(name));
         }
-        let ms = |cycles: u64| format!("{:.2}", cycles as f64 / CLOCK * 1e3);
         let cells = [
             name,
             ram.to_string(),
@@ -65,10 +66,41 @@ pub fn render(record: &Record) -> Result<String, Failure> {
         ];
         row(&mut text, cells);
     }
+    likely(&mut text, record);
     sizes(&mut text, &record.sizes);
     gtrack(&mut text, record);
+    fusion(&mut text, record)?;
+    labelled::render(&mut text, &record.labelled);
     kernels(&mut text, record);
     Ok(text)
+}
+
+/// Trackers that choose among their modes, each below the same tracker with all of them.
+fn likely(text: &mut String, record: &Record) {
+    if record.runs.is_empty() {
+        return;
+    }
+    text.push_str(
+        "\n### Likely modes\n\n\
+         How many of 7 modes run for a track in a recorded scan, and what a step takes for each of its tracks; as shares of the same \
+         tracker with all modes.\n\n\
+         | tracker | modes | share | instructions | share | cycles | share |\n|---|--:|--:|--:|--:|--:|--:|\n",
+    );
+    // Modes, instructions and cycles of a track and scan.
+    let means = |name: &str| {
+        let (runs, Figures { recorded, .. }) = record.runs.get(name).zip(record.trackers.get(name))?;
+        let per_track = |sum: u64| sum as f64 / runs.tracks as f64;
+        let steps = load::SCANS as u64;
+        Some([runs.modes, steps * recorded.mean_instructions, steps * recorded.mean_cycles].map(per_track))
+    };
+    for (name, _) in record.runs.iter().filter(|(name, _)| name.starts_with("lms")) {
+        let all = name.replacen("lms", "imm", 1);
+        let (Some(ours), Some(theirs)) = (means(name), means(&all)) else { continue };
+        for (name, means) in [(&all, theirs), (name, ours)] {
+            let cell = |k: usize, digits: usize| [format!("{:.digits$}", means[k]), format!("{:.2}", means[k] / theirs[k])];
+            row(text, std::iter::once(name.clone()).chain([cell(0, 2), cell(1, 0), cell(2, 0)].into_iter().flatten()));
+        }
+    }
 }
 
 /// TI's group tracker beside ours, for half of the detections that there is room for: what the recorded scenario has on average.
@@ -89,7 +121,40 @@ fn gtrack(text: &mut String, record: &Record) {
     }
 }
 
-fn row<S: AsRef<str>>(text: &mut String, cells: impl IntoIterator<Item = S>) {
+/// Two lists made one picture.
+fn fusion(text: &mut String, record: &Record) -> Result<(), Failure> {
+    let Fusion { ram, flash, calls } = &record.fusion;
+    if calls.is_empty() {
+        return Ok(());
+    }
+    let most = twin::fusion::Fusion::MOST;
+    let bound = bound::fusion_cycles(&most);
+    let _ = write!(
+        text,
+        "\n### Fusion\n\n\
+         Two sensors with 16 tracks each, 6 states in 2 modes, by covariance intersection of the least determinant: a picture of {ram} bytes \
+         of RAM, {flash} bytes of flash. At most {:.1}k steps an update, {:.2} million cycles.\n\n\
+         | call | instructions/k | cycles/k | ms | stack |\n|---|--:|--:|--:|--:|\n",
+        most.steps() as f64 / 1e3,
+        bound as f64 / 1e6,
+    );
+    for (name, Kernel { instructions, cycles, stack }) in calls {
+        if *cycles > bound {
+            return Err(Failure::check("more cycles observed than the bound gives: calibrate it anew").within(name));
+        }
+        let kilo = |n: u64| format!("{:.1}", n as f64 / 1e3);
+        row(text, [name.clone(), kilo(*instructions), kilo(*cycles), ms(*cycles), stack.to_string()]);
+    }
+    Ok(())
+}
+
+/// Milliseconds of so many cycles.
+pub fn ms(cycles: u64) -> String {
+    format!("{:.2}", cycles as f64 / CLOCK * 1e3)
+}
+
+/// One row.
+pub fn row<S: AsRef<str>>(text: &mut String, cells: impl IntoIterator<Item = S>) {
     for cell in cells {
         let _ = write!(text, "| {} ", cell.as_ref());
     }
@@ -159,7 +224,7 @@ fn with_table(text: &str, record: &Record, readme: &Path) -> Result<String, Fail
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::budget::figures::{Kernel, Load};
+    use crate::budget::figures::Load;
     use crate::error::Status;
 
     fn record() -> Record {

@@ -88,6 +88,7 @@ macro_rules! motion_model {
     ([$($generics:tt)*] $kind:ty, $layout:expr, $($variant:ident),+) => {
         impl<T: Real, const NX: usize, $($generics)*> MotionModel<T, NX> for $kind {
             const LAYOUT: Layout = $layout;
+            type Step = T;
 
             fn transition(&self, x: &SVector<T, NX>, dt: T) -> SVector<T, NX> {
                 match self { $(Self::$variant(model) => model.transition(x, dt)),+ }
@@ -98,8 +99,11 @@ macro_rules! motion_model {
             fn process_noise(&self, x: &SVector<T, NX>, dt: T) -> Symmetric<T, NX> {
                 match self { $(Self::$variant(model) => model.process_noise(x, dt)),+ }
             }
-            fn predict(&self, g: &mut Gaussian<T, NX>, dt: T) {
-                match self { $(Self::$variant(model) => model.predict(g, dt)),+ }
+            fn step(&self, dt: T) -> T {
+                dt
+            }
+            fn advance(&self, g: &mut Gaussian<T, NX>, dt: &T) {
+                match self { $(Self::$variant(model) => model.predict(g, *dt)),+ }
             }
         }
     };

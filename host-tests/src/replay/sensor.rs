@@ -13,6 +13,7 @@ use boresight::association::Gate;
 use boresight::error::ConfigError;
 use boresight::model::position::Position;
 use boresight::model::radar::{self, Mount, Radar};
+use boresight::model::resolution::Resolution;
 use boresight::model::{Layout, MeasurementModel};
 use boresight::scalar::Real;
 use boresight::scan::Detection;
@@ -38,6 +39,7 @@ pub(super) struct Instrument {
     clutter_density: Option<f64>,
     range: [f64; 2],
     gate: GateConfig,
+    cells: Option<Components>,
 }
 
 impl Instrument {
@@ -65,6 +67,7 @@ impl Instrument {
             clutter_density,
             range: [config.min_range, max_range],
             gate,
+            cells: config.cells(),
         })
     }
 
@@ -77,7 +80,7 @@ impl Instrument {
     pub fn position_sensor<T: Real, const AXES: usize, const STRIDE: usize>(
         &self,
         origin: [f64; 3],
-    ) -> Result<Look<T, Position<T, AXES, STRIDE>>, Failure> {
+    ) -> Result<Look<T, Position<T, AXES, STRIDE>, AXES>, Failure> {
         let model = Position::new(self.noise(&Components::default())).map_err(|error| self.refused(error))?;
         self.look::<T, _, AXES>(model.at(SVector::from_fn(|a, _| T::lit(origin[a]))), origin)
     }
@@ -86,7 +89,7 @@ impl Instrument {
     pub fn radar<T: Real, const NZ: usize, const AXES: usize, const STRIDE: usize>(
         &self,
         origin: [f64; 3],
-    ) -> Result<Look<T, Radar<T, NZ, AXES, STRIDE>>, Failure> {
+    ) -> Result<Look<T, Radar<T, NZ, AXES, STRIDE>, NZ>, Failure> {
         let mut components = [radar::Component::Range; NZ];
         for (to, from) in components.iter_mut().zip(&self.components) {
             *to = match from {
@@ -100,9 +103,11 @@ impl Instrument {
         self.look::<T, _, NZ>(model.on(Mount::at(origin.map(T::lit))), origin)
     }
 
-    fn look<T: Real, M, const NZ: usize>(&self, model: M, origin: [f64; 3]) -> Result<Look<T, M>, Failure> {
+    fn look<T: Real, M, const NZ: usize>(&self, model: M, origin: [f64; 3]) -> Result<Look<T, M, NZ>, Failure> {
         let gate = Gate::new::<NZ>(T::lit(self.gate.threshold(NZ))).map_err(|error| self.refused(error))?;
         let square = |range: f64| T::lit(range * range);
+        let cell = |cells: &Components, k: usize| self.components.get(k).and_then(|component| cells.get(*component)).unwrap_or(f64::NAN);
+        let resolution = self.cells.as_ref().map(|cells| Resolution::new(std::array::from_fn(|k| T::lit(cell(cells, k)))));
         Ok(Look {
             model,
             origin: origin.map(T::lit),
@@ -110,6 +115,7 @@ impl Instrument {
             p_detect: T::lit(self.p_detect),
             clutter: self.clutter_density.map_or(Clutter::Diffuse, |density| Clutter::Poisson(T::lit(density))),
             gate,
+            resolution: resolution.transpose().map_err(|error| self.refused(error))?,
         })
     }
 
@@ -134,16 +140,17 @@ impl Instrument {
 
 /// A sensor in one scan.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Look<T, M> {
+pub(super) struct Look<T, M, const NZ: usize> {
     model: M,
     origin: [T; 3],
     range_squared: [T; 2],
     p_detect: T,
     clutter: Clutter<T>,
     gate: Gate<T>,
+    resolution: Option<Resolution<T, NZ>>,
 }
 
-impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> Sensor<T, NX, NZ> for Look<T, M> {
+impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> Sensor<T, NX, NZ> for Look<T, M, NZ> {
     type Model = M;
 
     fn model(&self) -> &M {
@@ -164,6 +171,9 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
     }
     fn gate(&self) -> &Gate<T> {
         &self.gate
+    }
+    fn resolution(&self) -> Option<&Resolution<T, NZ>> {
+        self.resolution.as_ref()
     }
 }
 

@@ -14,7 +14,7 @@ use super::modes::{AccelerationMode, ModeKind, VelocityMode, prior};
 use super::recording::{Component, Plot, Recording, ScanRecord};
 use super::sensor::{Instrument, Look};
 use crate::{Failure, Precision};
-use boresight::association::{AssociationMatrix, Associator, Completeness, Gnn, Jpda};
+use boresight::association::{AssociationMatrix, Associator, Completeness, Gnn, Jpda, MergingJpda, UnresolvedPairs};
 use boresight::initiation::{Initiation, Rule};
 use boresight::mode::ModeSet;
 use boresight::model::position::Position;
@@ -31,6 +31,8 @@ const TRACKS: usize = 64;
 const DETS: usize = 256;
 /// Sets of served tracks that joint association may keep.
 const NODES: usize = 16384;
+/// Pairs of tracks that a sensor may not tell apart.
+const PAIRS: usize = 16;
 
 /// Runs the tracker of `plan`, with the sensors of `config`, over `recording`.
 pub fn track(recording: &Recording, config: &Config, plan: &TrackerPlan, precision: Precision) -> Result<History, Failure> {
@@ -171,10 +173,13 @@ impl Places {
     }
 }
 
+type Joint = MergingJpda<NODES, PAIRS>;
+type Memory<T, A> = <A as Associator<T, TRACKS, DETS>>::Memory;
+
 /// Joint association, chosen at run time.
 #[derive(Debug, Clone, Copy)]
 enum Association {
-    Jpda(Jpda<NODES>),
+    Jpda(Joint),
     Gnn(Gnn),
 }
 
@@ -182,19 +187,29 @@ impl Association {
     fn of(kind: AssociationKind) -> Self {
         match kind {
             AssociationKind::Gnn => Self::Gnn(Gnn),
-            AssociationKind::Jpda | AssociationKind::Pda => Self::Jpda(Jpda::new()),
+            AssociationKind::Jpda | AssociationKind::Pda => Self::Jpda(MergingJpda::new(Jpda::new())),
         }
     }
 }
 
 impl<T: Real> Associator<T, TRACKS, DETS> for Association {
-    type Memory = (<Jpda<NODES> as Associator<T, TRACKS, DETS>>::Memory, <Gnn as Associator<T, TRACKS, DETS>>::Memory);
-    const MEMORY: Self::Memory = (Jpda::<NODES>::MEMORY, Gnn::MEMORY);
+    type Memory = (Memory<T, Joint>, Memory<T, Gnn>);
+    const MEMORY: Self::Memory = (Joint::MEMORY, Gnn::MEMORY);
+
+    fn pairs(memory: &mut Self::Memory) -> Option<&mut UnresolvedPairs<T, DETS>> {
+        <Joint as Associator<T, TRACKS, DETS>>::pairs(&mut memory.0)
+    }
 
     fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
         match self {
             Self::Jpda(jpda) => jpda.associate(matrix, &mut memory.0),
-            Self::Gnn(gnn) => gnn.associate(matrix, &mut memory.1),
+            Self::Gnn(gnn) => {
+                // One event knows no doubt of who is who.
+                if let Some(pairs) = <Self as Associator<T, TRACKS, DETS>>::pairs(memory) {
+                    pairs.clear();
+                }
+                gnn.associate(matrix, &mut memory.1)
+            }
         }
     }
 }
@@ -211,7 +226,7 @@ fn take_in<T: Real, K: Tracker<T, NX, MODES>, const NX: usize, const AXES: usize
 ) -> Result<Report, Failure> {
     let origin = instrument.origin(scan.own);
     if instrument.components.contains(&Component::X) {
-        let look: Look<T, Position<T, AXES, STRIDE>> = instrument.position_sensor(origin)?;
+        let look: Look<T, Position<T, AXES, STRIDE>, AXES> = instrument.position_sensor(origin)?;
         return step(tracker, state, instrument, &look, scan);
     }
     match instrument.components.len() {
@@ -226,7 +241,7 @@ fn step<T: Real, K: Tracker<T, NX, MODES>, S: MeasurementModel<T, NX, NZ>, const
     tracker: &K,
     state: &mut K::State,
     instrument: &Instrument,
-    look: &Look<T, S>,
+    look: &Look<T, S, NZ>,
     scan: &ScanRecord,
 ) -> Result<Report, Failure> {
     let detections: Vec<Detection<T, NZ>> = scan.detections.iter().map(|plot: &Plot| instrument.detection(plot)).collect();

@@ -15,7 +15,7 @@ use boresight::association::{AssociationMatrix, Associator, ClutterPrior, Comple
 use boresight::evidence::{Evidence, innovations};
 use boresight::gaussian::Gaussian;
 use boresight::mode::ModeBank;
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use serde_json::{Map, Value, json};
@@ -170,7 +170,7 @@ fn many_scans<T: Scalar, const N: usize, const M: usize, const R: usize>(case: &
             bank.predict(&motion, T::ONE);
             let innovations = innovations(bank, &sensor.model);
             let mut evidence = Evidence::<T, DETS>::new();
-            volume += evidence.collect(bank, &innovations, &sensor, &plots, &all);
+            volume += evidence.collect(bank, &innovations, &sensor, &plots, Candidates::new(&plots, &all));
             let (weight_of_none, _) = evidence.weights();
             let Some((miss, hit)) = matrix.row_mut(t) else { continue };
             *miss = weight_of_none;

@@ -11,7 +11,7 @@ use crate::Failure;
 use crate::precision::{Precision, Scalar};
 use boresight::evidence::{SomeInnovations, correct_by_one, no_innovations, predict_measurements};
 use boresight::gaussian::Gaussian;
-use boresight::mode::{ActiveSet, Adaptation, LikelyModes, ModeBank};
+use boresight::mode::{ActiveSet, Adaptation, LikelyModes, ModeBank, ModeSet};
 use boresight::model::linear::{LinearMeasurement, LinearMotion};
 use boresight::scalar::exp;
 use serde_json::{Map, Value, json};
@@ -50,7 +50,7 @@ fn filter<T: Scalar, const N: usize, const M: usize, const R: usize>(case: &Fiel
         // Mixes, predicts and corrects modes; ln L, zero where nothing was measured.
         let mut cycle = |bank: &mut ModeBank<T, N, R>, modes: ActiveSet| {
             bank.interact_from(&before, &jump, run, modes);
-            bank.predict_active(&motion, modes, T::ONE);
+            bank.advance_active(&motion, modes, &motion.steps(T::ONE));
             let Some(z) = &z else { return [T::ZERO; R] };
             let (ln_likelihood, resets) = {
                 let mut innovations = no_innovations();

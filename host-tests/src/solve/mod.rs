@@ -8,8 +8,10 @@
 //! `KINDS`. A solver returns *results only*; they are laid over the case by [`overlay`]: objects key by
 //! key, lists of objects (`steps`) entry by entry, anything else as a whole.
 
+mod coupled;
 pub mod field;
 mod fusion;
+mod glmb;
 mod imm;
 mod jpda;
 mod kf;
@@ -51,6 +53,9 @@ static KINDS: &[Kind] = &[
     lms::KIND,
     metrics::KIND,
     fusion::KIND,
+    coupled::ONE_SCAN,
+    coupled::CYCLE,
+    glmb::KIND,
 ];
 
 /// The command `solve`.

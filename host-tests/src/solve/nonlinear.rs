@@ -94,6 +94,8 @@ struct GivenNoise<T, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> MotionModel<T, N> for GivenNoise<T, N> {
+    type Step = T;
+
     fn transition(&self, x: &SVector<T, N>, dt: T) -> SVector<T, N> {
         self.turn.transition(x, dt)
     }
@@ -103,8 +105,11 @@ impl<T: Scalar, const N: usize> MotionModel<T, N> for GivenNoise<T, N> {
     fn process_noise(&self, _x: &SVector<T, N>, _dt: T) -> Symmetric<T, N> {
         self.noise
     }
-    fn predict(&self, g: &mut Gaussian<T, N>, dt: T) {
-        self.turn.predict(g, dt);
+    fn step(&self, dt: T) -> T {
+        dt
+    }
+    fn advance(&self, g: &mut Gaussian<T, N>, dt: &T) {
+        self.turn.advance(g, dt);
         g.cov = g.cov.plus(&self.noise);
     }
 }

@@ -15,7 +15,7 @@ use boresight::association::{Gate, Pda, SingleAssociator};
 use boresight::evidence::{Evidence, innovations};
 use boresight::mode::ModeBank;
 use boresight::model::linear::LinearMeasurement;
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use nalgebra::SVector;
 use serde_json::{Map, Value, json};
@@ -129,7 +129,7 @@ fn update<T: Scalar, const N: usize, const M: usize, const R: usize>(
     let candidates: Vec<u16> = (0..).take(plots.len()).collect();
     let innovations = innovations(bank, &sensor.model);
     let mut evidence = Evidence::<T, DETS>::new();
-    evidence.collect(bank, &innovations, &sensor, plots, &candidates);
+    evidence.collect(bank, &innovations, &sensor, plots, Candidates::new(plots, &candidates));
     let (miss, weights) = evidence.weights();
     let mut beta = vec![Pda.associate(miss, weights)];
     beta.extend_from_slice(weights);

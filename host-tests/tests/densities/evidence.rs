@@ -14,7 +14,7 @@ use boresight::mode::ModeBank;
 use boresight::model::linear::LinearMeasurement;
 use boresight::model::{Layout, MeasurementModel};
 use boresight::scalar::Real;
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::Duration;
@@ -156,7 +156,7 @@ fn update<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: us
     let candidates: Vec<u16> = (0..detections.len() as u16).collect();
     let predicted = innovations(&bank, &sensor.model);
     let mut evidence = Evidence::<T, DETS>::new();
-    evidence.collect(&bank, &predicted, sensor, detections, &candidates);
+    evidence.collect(&bank, &predicted, sensor, detections, Candidates::new(detections, &candidates));
     let gated = evidence.gated().to_vec();
     let (miss, weights) = evidence.weights();
     let beta_0 = Pda.associate(miss, weights);
@@ -176,7 +176,7 @@ fn update_at_once<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, cons
     let candidates: Vec<u16> = (0..detections.len() as u16).collect();
     let predicted = innovations(&bank, &sensor.model);
     let mut evidence = Evidence::<T, DETS>::new();
-    evidence.gate(&bank, &predicted, sensor, detections, &candidates);
+    evidence.gate(&bank, &predicted, sensor, detections, Candidates::new(detections, &candidates));
     let found = evidence.pda(&mut bank, &predicted, sensor, detections, T::ONE);
     prop_assert_eq!((found.resets, bank.is_valid()), (0, true));
     Ok(Outcome { beta_0: found.miss / (found.miss + found.hits), bank, ..step_by_step })

@@ -10,7 +10,7 @@ use boresight::mode::ModeBank;
 use boresight::model::MeasurementModel;
 use boresight::model::position::Position;
 use boresight::scalar::Real;
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use nalgebra::SVector;
@@ -29,7 +29,7 @@ fn update<T: Real, A: SingleAssociator<T>, const NX: usize, const NZ: usize, con
     let candidates: Vec<u16> = (0..detections.len() as u16).collect();
     let predicted = innovations(bank, &sensor.model);
     let mut evidence = Evidence::<T, DETS>::new();
-    evidence.collect(bank, &predicted, sensor, detections, &candidates);
+    evidence.collect(bank, &predicted, sensor, detections, Candidates::new(detections, &candidates));
     let (miss, weights) = evidence.weights();
     let beta_0 = associator.associate(miss, weights);
     let beta = weights.to_vec();

@@ -6,7 +6,7 @@ use boresight::error::ConfigError;
 use boresight::evidence::{SomeInnovations, correct_by_one, no_innovations, predict_measurements};
 use boresight::gaussian::Gaussian;
 use boresight::initiation::{Initiation, Rule};
-use boresight::mode::{ActiveSet, LikelyModes, ModeBank};
+use boresight::mode::{ActiveSet, LikelyModes, ModeBank, ModeSet};
 use boresight::model::motion::ProcessNoise;
 use boresight::model::position::Position;
 use boresight::model::turn::KnownTurn;
@@ -132,7 +132,7 @@ fn without_doubt_about_association_it_is_the_variable_structure_imm() -> Outcome
             bank.prob = [0.0; MODES];
             let cycle = |bank: &mut ModeBank<f64, 4, MODES>, modes: ActiveSet| {
                 bank.interact_from(&before, &jump, run, modes);
-                bank.predict_active(&motion, modes, 1.0);
+                bank.advance_active(&motion, modes, &motion.steps(1.0));
                 let mut innovations = no_innovations();
                 predict_measurements(&mut innovations, bank, modes, &model);
                 correct_by_one(bank, &SomeInnovations::new(&innovations, modes), &model, &SVector::from(z)).0.map(f64::exp)

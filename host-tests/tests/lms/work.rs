@@ -33,10 +33,17 @@ struct Counting<M>(M);
 
 impl ModeSet<f64, 4, MODES> for Counting<[KnownTurn<f64, 2>; MODES]> {
     const LAYOUT: Layout = <[KnownTurn<f64, 2>; MODES] as ModeSet<f64, 4, MODES>>::LAYOUT;
+    type Steps = <[KnownTurn<f64, 2>; MODES] as ModeSet<f64, 4, MODES>>::Steps;
 
-    fn predict(&self, mode: usize, g: &mut Gaussian<f64, 4>, dt: f64) {
+    fn steps(&self, dt: f64) -> Self::Steps {
+        self.0.steps(dt)
+    }
+    fn advance(&self, mode: usize, g: &mut Gaussian<f64, 4>, steps: &Self::Steps) {
         count(0);
-        self.0.predict(mode, g, dt);
+        self.0.advance(mode, g, steps);
+    }
+    fn propagate(&self, mode: usize, x: &SVector<f64, 4>, v: &mut SMatrix<f64, 4, 4>, dt: f64) {
+        self.0.propagate(mode, x, v, dt);
     }
 }
 

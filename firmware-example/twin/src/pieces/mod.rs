@@ -33,7 +33,7 @@ use boresight::model::position::Position;
 use boresight::model::radar::{Component, Radar};
 use boresight::model::turn::UnknownTurn;
 use boresight::model::unscented::{Scaling, Unscented};
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use nalgebra::SVector;
@@ -202,7 +202,8 @@ pub fn collect<M: MeasurementModel<f32, 4, 2>>(
         }
         numbers
     };
-    scored.collect(bank, predicted, sensor, detections, ALL.get(..detections.len()).unwrap_or(&ALL))
+    let numbers = ALL.get(..detections.len()).unwrap_or(&ALL);
+    scored.collect(bank, predicted, sensor, detections, Candidates::new(detections, numbers))
 }
 
 /// The sensors and models of all pieces.

@@ -23,11 +23,11 @@ use boresight::error::ConfigError;
 use boresight::evidence::{Evidence, innovations};
 use boresight::gaussian::Gaussian;
 use boresight::mode::{JumpMatrix, ModeBank, ModeSet};
-use boresight::model::motion::{ConstantAcceleration, ConstantVelocity, ProcessNoise};
+use boresight::model::motion::{ConstantAcceleration, ConstantVelocity, ProcessNoise, VelocityStep};
 use boresight::model::position::Position;
 use boresight::model::turn::KnownTurn;
 use boresight::model::{MeasurementModel, MotionModel};
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use nalgebra::SVector;
@@ -46,9 +46,9 @@ pub type Plots = [Detection<f32, 2>; PLOTS];
 /// The weights of the joint association.
 pub type Matrix = AssociationMatrix<f32, TRACKS, DETS>;
 /// The configuration of `imm6`.
-pub type Imm6 = Imm<(ConstantVelocity<f32, 2, 3>, ConstantAcceleration<f32, 2>), 3, 2>;
+pub type Imm6 = Imm<(ConstantVelocity<f32, 2, 3>, ConstantAcceleration<f32, 2>), 6, 3, 2>;
 /// The configuration of `imm4`.
-pub type Imm4 = Imm<(ConstantVelocity<f32, 2>, KnownTurn<f32, 2>, KnownTurn<f32, 2>), 2, 3>;
+pub type Imm4 = Imm<(ConstantVelocity<f32, 2>, KnownTurn<f32, 2>, KnownTurn<f32, 2>), 4, 2, 3>;
 
 /// A Gaussian density in plain numbers.
 #[derive(Clone, Copy, Debug)]
@@ -155,11 +155,12 @@ impl<const NX: usize, const MODES: usize> Track<NX, MODES> {
 
 /// An IMM-PDAF for one track and a sensor of positions.
 #[derive(Clone, Debug)]
-pub struct Imm<M, const STRIDE: usize, const MODES: usize> {
+pub struct Imm<M: ModeSet<f32, NX, MODES>, const NX: usize, const STRIDE: usize, const MODES: usize> {
     modes: M,
+    /// Those of one scan, which all tracks share
+    steps: M::Steps,
     jump: JumpMatrix<f32, MODES>,
     sensor: UniformSensor<Position<f32, 2, STRIDE>, f32>,
-    dt: f32,
 }
 
 impl Imm6 {
@@ -185,26 +186,23 @@ impl Imm4 {
     }
 }
 
-impl<M, const STRIDE: usize, const MODES: usize> Imm<M, STRIDE, MODES> {
+impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const STRIDE: usize, const MODES: usize> Imm<M, NX, STRIDE, MODES> {
     fn of(modes: M, jump: JumpMatrix<f32, MODES>) -> Result<Self, ConfigError> {
         let gate = Gate::new::<2>(data::THRESHOLD)?.with_probability(data::P_GATE)?;
         let position = Position::new(symmetric(&data::NOISE))?;
         let sensor = UniformSensor::new(position, data::P_DETECT, Clutter::Poisson(data::DENSITY), gate)?;
-        Ok(Self { modes, jump, sensor, dt: data::DT })
+        Ok(Self { steps: modes.steps(data::DT), modes, jump, sensor })
     }
 
     /// One scan of one track.
     #[inline(always)]
-    pub fn step<const NX: usize>(&self, track: &mut Track<NX, MODES>, plots: &[Detection<f32, 2>], numbers: &[u16])
-    where
-        M: ModeSet<f32, NX, MODES>,
-    {
+    pub fn step(&self, track: &mut Track<NX, MODES>, plots: &[Detection<f32, 2>], candidates: Candidates<'_>) {
         let Track { bank, evidence, combined } = track;
         let model = &self.sensor.model;
         bank.interact(&self.jump);
-        bank.predict(&self.modes, self.dt);
+        bank.advance(&self.modes, &self.steps);
         let predicted = innovations(bank, model);
-        evidence.gate(bank, &predicted, &self.sensor, plots, numbers);
+        evidence.gate(bank, &predicted, &self.sensor, plots, candidates);
         evidence.pda(bank, &predicted, &self.sensor, plots, 1.0);
         *combined = bank.combined();
     }
@@ -214,8 +212,8 @@ impl<M, const STRIDE: usize, const MODES: usize> Imm<M, STRIDE, MODES> {
 #[derive(Clone, Debug)]
 pub struct Kf4 {
     motion: ConstantVelocity<f32, 2>,
+    step: VelocityStep<f32>,
     position: Position<f32, 2, 2>,
-    dt: f32,
 }
 
 impl Kf4 {
@@ -225,17 +223,22 @@ impl Kf4 {
     /// Where a configuration here is wrong.
     pub fn new() -> Result<Self, ConfigError> {
         let motion = ConstantVelocity::new(ProcessNoise::Discrete(0.25))?;
-        Ok(Self { motion, position: Position::new(symmetric(&data::NOISE))?, dt: data::DT })
+        let step = MotionModel::<f32, 4>::step(&motion, data::DT);
+        Ok(Self { motion, step, position: Position::new(symmetric(&data::NOISE))? })
     }
 
     /// Prediction and update by the position `z`; `false` where the update would have broken the covariance.
     #[inline(always)]
     #[must_use]
     pub fn step(&self, g: &mut Gaussian<f32, 4>, z: &SVector<f32, 2>) -> bool {
-        self.motion.predict(g, self.dt);
-        let innovation = self.position.innovation(g);
+        // A copy stays in registers until it is updated.
+        let mut moved = *g;
+        self.motion.advance(&mut moved, &self.step);
+        let innovation = self.position.innovation(&moved);
         let nu = MeasurementModel::<f32, 4, 2>::residual(&self.position, z, &innovation.z_hat);
-        g.update(&innovation, &nu)
+        let kept = moved.update(&innovation, &nu);
+        *g = moved;
+        kept
     }
 }
 

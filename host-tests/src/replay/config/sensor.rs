@@ -9,11 +9,14 @@
 //! min_range = 0.0              # m: nearer than this it sees nothing
 //! max_range = 500.0            # m: farther than this it sees nothing
 //! initiates = true             # whether its detections start tracks
+//! resolution = { x = 15.0, y = 15.0 }   # cells by component: two targets within them may give one detection between them
 //! ```
 //!
 //! Defaults: as above, with 10 mrad for angles, 1 m/s for range rates, and 2 m instead of 6 m for a sensor named
 //! `lidar`; without `clutter_density` 4 false detections per km² for a sensor that reports x and y, and for any other a
 //! density estimated in each gate; without `max_range` the range of the farthest detection recorded of that sensor.
+//! A sensor without `resolution` gives every target a detection of its own; where it has one, components that are not named resolve
+//! nothing, and tracks that are associated together are handled as pairs while they are within the cells.
 //! Outside its ranges P_D is zero, and a track there is not counted as missed.
 
 use super::super::recording::{Component, Components};
@@ -22,6 +25,9 @@ use crate::Failure;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+
+/// The cell of a component that resolves nothing.
+const UNRESOLVED: f64 = 1e9;
 
 /// One sensor.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -41,6 +47,8 @@ pub struct SensorConfig {
     pub max_range: Option<f64>,
     /// Whether its detections start tracks.
     pub initiates: bool,
+    /// Sizes of its cells by component name \[m, rad, m/s\]; empty where every target gives a detection of its own.
+    resolution: BTreeMap<String, f64>,
 }
 
 impl Default for SensorConfig {
@@ -54,6 +62,7 @@ impl Default for SensorConfig {
             min_range: 0.0,
             max_range: None,
             initiates: true,
+            resolution: BTreeMap::new(),
         }
     }
 }
@@ -75,8 +84,24 @@ impl SensorConfig {
         sigma
     }
 
+    /// The size of its cells in every component; `None` where it has none.
+    #[must_use]
+    pub fn cells(&self) -> Option<Components> {
+        let mut cells = Components::default();
+        for component in Component::ALL {
+            cells.set(component, self.resolution.get(component.name()).copied().unwrap_or(UNRESOLVED));
+        }
+        (!self.resolution.is_empty()).then_some(cells)
+    }
+
     /// Refuses what no sensor can be.
     pub(super) fn check(&self) -> Result<(), Failure> {
+        for (name, &cell) in &self.resolution {
+            if Component::named(name).is_none() {
+                return Err(Failure::unknown("component", name, Component::ALL.map(Component::name)).within("resolution"));
+            }
+            positive(&format!("resolution.{name}"), cell)?;
+        }
         if !self.position.iter().all(|x| x.is_finite()) {
             return Err(Failure::at_field("position", "not finite"));
         }

@@ -10,12 +10,12 @@
 //! One pass over the detections serves all modes, and a factor common to m and all f_j changes nothing. Kalman's update by
 //! one detection is the same with m = 0.
 
-use super::apart::relative;
-use super::{Evidence, Innovations, Kind, Predicted, SomeInnovations, density};
+use super::logarithms::relative;
+use super::{Evidence, Innovations, Kind, Predicted, SomeInnovations};
 use crate::gaussian::{Correction, Gaussian, Innovation, ResidualDensity, dot};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
-use crate::scalar::{Real, is_finite, larger};
+use crate::scalar::{Real, is_finite};
 use crate::scan::Detection;
 use crate::sensor::Sensor;
 use crate::symmetric::Symmetric;
@@ -101,7 +101,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         resets
     }
 
-    /// [`absorb`](Self::absorb) but for the mode probabilities, for modes that weigh and are corrected.
+    /// [`absorb`](Self::absorb) but for the mode probabilities.
     #[inline(always)]
     pub fn correct<M: MeasurementModel<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &self,
@@ -115,34 +115,34 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             return Corrected { evidence: [T::ONE; MODES], resets: 0 };
         }
         if self.kind != Kind::Plain {
-            return self.correct_apart(beta_0, bank, predicted, model, detections);
+            return self.correct_by_logarithms(beta_0, bank, predicted, model, detections);
         }
         let mut sums = [Sums::ZERO; MODES];
         for (number, beta) in self.gated.iter().zip(&self.hit) {
             let Some(detection) = detections.get(usize::from(*number)) else { break };
             let seen: [_; MODES] = core::array::from_fn(|r| {
-                if !predicted.weighs(r) {
+                if !predicted.counts(r) {
                     return (T::ZERO, [T::ZERO; NZ]);
                 }
                 let Innovation { z_hat, density, .. } = &predicted.innovations()[r];
                 likelihood(density, &model.residual(&detection.z, z_hat))
             });
-            let mixture = dot(&bank.prob, &seen.map(|(l, _)| l));
+            let mixture = dot(&bank.prob, &core::array::from_fn(|r| if predicted.weighs(r) { seen[r].0 } else { T::ZERO }));
             if mixture > T::lit(LEAST_PROBABILITY) {
                 let factor = *beta / mixture;
                 for (r, (sums, (l, u))) in sums.iter_mut().zip(&seen).enumerate() {
-                    if predicted.weighs(r) {
+                    if predicted.corrects(r) {
                         sums.add(factor * *l, u);
                     }
                 }
             } else if *beta > T::ZERO {
-                return self.correct_apart(beta_0, bank, predicted, model, detections);
+                return self.correct_by_logarithms(beta_0, bank, predicted, model, detections);
             }
         }
         let mut resets = 0;
         let mut evidence = [T::ZERO; MODES];
         for r in 0..MODES {
-            if !predicted.weighs(r) {
+            if !predicted.corrects(r) {
                 continue;
             }
             let (e, kept) = correct::<T, true, NX, NZ>(&mut bank.modes[r], &predicted.innovations()[r], &sums[r], beta_0);
@@ -152,7 +152,9 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         Corrected { evidence, resets }
     }
 
-    /// The same for modes that were activated after the association: every kind of detection is served.
+    /// [`correct`](Self::correct) for modes that were activated after the association.
+    // Out of line: few tracks activate modes in a scan.
+    #[inline(never)]
     pub fn correct_activated<M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
         &self,
         beta_0: T,
@@ -161,10 +163,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         model: &M,
         detections: &[Detection<T, NZ>],
     ) -> Corrected<T, MODES> {
-        if self.gated.is_empty() {
-            return Corrected { evidence: [T::ONE; MODES], resets: 0 };
-        }
-        self.correct_apart(beta_0, bank, predicted, model, detections)
+        self.correct(beta_0, bank, predicted, model, detections)
     }
 
     /// Scores, associates by PDA and absorbs in one pass over the gated detections. The modes are updated as if a miss weighed
@@ -184,22 +183,22 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             return Found { miss: T::ONE, hits: T::ZERO, resets: 0 };
         }
         if self.kind != Kind::Plain {
-            return self.pda_apart(bank, innovations, sensor, detections, doubt);
+            return self.pda_by_logarithms(bank, innovations, sensor, detections, doubt);
         }
         let p_detect = sensor.p_detect(&bank.modes[0].mean);
         let mut miss = T::ONE - p_detect * sensor.gate().p_gate();
         let uniform = sensor.uniform_clutter();
+        let mut rate = self.rate::<NZ>(sensor.gate(), p_detect);
         if let Some(clutter) = uniform {
-            miss *= density(clutter, || self.diffuse::<NZ>(sensor.gate())) / p_detect;
+            miss *= rate.density(clutter) / p_detect;
         } else {
-            let mut rate = self.rate::<NZ>(sensor.gate(), p_detect);
             for (number, hit) in self.gated.iter().zip(&mut self.hit) {
                 let Some(detection) = detections.get(usize::from(*number)) else { break };
                 *hit = rate.at(sensor.clutter(&detection.z));
             }
         }
         // Mode by mode: all of one fits into registers.
-        let (mut evidence, mut hits, mut most, mut resets) = ([T::ZERO; MODES], T::ZERO, T::ZERO, 0);
+        let (mut evidence, mut hits, mut likely, mut resets) = ([T::ZERO; MODES], T::ZERO, false, 0);
         for r in 0..MODES {
             let Innovation { z_hat, density, .. } = &innovations[r];
             let mut sums = Sums::ZERO;
@@ -211,12 +210,12 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             hits += bank.prob[r] * sums.evidence;
             let (e, kept) = correct::<T, true, NX, NZ>(&mut bank.modes[r], &innovations[r], &sums, miss * doubt);
             evidence[r] = e;
-            most = larger(most, e);
+            likely |= e > T::lit(LEAST_PROBABILITY);
             resets += u16::from(!kept);
         }
-        if most <= T::lit(LEAST_PROBABILITY) || !is_finite(miss) {
+        if !likely || !is_finite(miss) {
             // No mode was corrected.
-            return self.pda_apart(bank, innovations, sensor, detections, doubt);
+            return self.pda_by_logarithms(bank, innovations, sensor, detections, doubt);
         }
         bank.weigh(&evidence);
         Found { miss, hits, resets }

@@ -1,4 +1,4 @@
-//! Evidence that plain sums do not serve: detections with a noise of their own, noise that is sharp, or all far from every mode.
+//! Evidence by logarithms, where plain sums do not serve: detections with a noise of their own, or far from every mode.
 //!
 //! Those with a noise of their own have their own S_jr = H P H' + R_j. Far from every mode, where all densities underflow,
 //! what is relative is all that counts once no miss is possible: likelihoods are taken by their logarithms,
@@ -7,26 +7,25 @@
 //! relative    L_jr e^{−ρ_j},  ρ_j = max_r ln L_jr over the modes that are possible
 //! score       ln M_j = ρ_j + ln Σ_r c_r L_jr e^{−ρ_j};   h_j e^{−ρ},  m e^{−ρ},  ρ = max_j ln M_j, at least −60 where m > 0
 //! absorb      p_jr = β_j L_jr e^{−ρ_j} / Σ_s c_s L_js e^{−ρ_j}
-//! sharp       P ← (m (P + d_0 d_0') + Σ_j p_jr (P_jr + d_jr d_jr')) / e_r,   P_jr Joseph's form of Kalman's update by
-//!             detection j, d the distances of the means, d_0 that of the prediction, from that of all
 //! ```
 //!
 //! A common factor changes no association. Where a miss is possible, likelihoods far below e⁻⁶⁰ are zero beside it, and
-//! single precision holds e⁶⁰. All of it is out of line: plain detections pay for one look each.
+//! single precision holds e⁶⁰. Modes for which the noise is sharp are corrected by `joseph.rs`. All of it is out of line: plain detections pay for one look each.
 
-use super::sums::{Corrected, Found, Sums, correct};
+use super::joseph::is_sharp;
+use super::update::{Corrected, Found, Sums, correct};
 use super::{Evidence, Kind, Predicted, Rate};
 use crate::association::{Pda, SingleAssociator};
-use crate::gaussian::{Innovation, ResidualDensity, dot, noise_is_sharp};
+use crate::gaussian::{Innovation, ResidualDensity, dot};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
 use crate::model::offset::Drift;
-use crate::scalar::{Real, exp, is_finite, ln};
+use crate::scalar::{Real, exp, ln};
 use crate::scan::Detection;
 use crate::sensor::Sensor;
 use crate::symmetric::Symmetric;
 use crate::time::Duration;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 /// The least reference where a miss is possible.
 const LEAST_REFERENCE: f64 = -60.0;
@@ -57,7 +56,7 @@ fn smaller<T: Real>(a: T, b: T) -> T {
 impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     /// Gates the detections numbered `candidates` by the mode `widest`, each with what it brings.
     #[inline(never)]
-    pub(super) fn gate_apart<S: Sensor<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub(super) fn gate_each<S: Sensor<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
         bank: &ModeBank<T, NX, MODES>,
         predicted: &I,
@@ -69,7 +68,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         self.gated.clear();
         let (model, threshold) = (sensor.model(), sensor.gate().threshold());
         let own_time = |number: &u16| detections.get(usize::from(*number)).is_some_and(|d| d.offset != Duration::ZERO);
-        self.kind = if candidates.iter().any(own_time) { Kind::OwnTime } else { Kind::Apart };
+        self.kind = if candidates.iter().any(own_time) { Kind::OwnTime } else { Kind::OwnNoise };
         if self.kind == Kind::OwnTime {
             return self.gate_at_their_times(bank, predicted, sensor, detections, candidates, widest);
         }
@@ -85,7 +84,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
 
     /// [`score`](Self::score) by logarithms.
     #[inline(never)]
-    pub(super) fn score_apart<
+    pub(super) fn score_by_logarithms<
         S: Sensor<T, NX, NZ>,
         I: Predicted<T, NX, NZ, MODES>,
         const NX: usize,
@@ -97,7 +96,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         predicted: &I,
         sensor: &S,
         detections: &[Detection<T, NZ>],
-        mut rate: Rate<T>,
+        mut rate: Rate<'_, T, NZ>,
     ) {
         let model = sensor.model();
         let c = &bank.prob;
@@ -125,7 +124,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
 
     /// [`correct`](Self::correct) by logarithms.
     #[inline(never)]
-    pub(super) fn correct_apart<
+    pub(super) fn correct_by_logarithms<
         M: MeasurementModel<T, NX, NZ>,
         I: Predicted<T, NX, NZ, MODES>,
         const NX: usize,
@@ -161,7 +160,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         }
         let mut resets = 0;
         if sums.iter().any(|(_, sharp)| *sharp) {
-            resets += self.correct_sharply(beta_0, &sums, bank, predicted, model, detections);
+            resets += self.correct_by_joseph(beta_0, &sums, bank, predicted, model, detections);
         }
         for r in 0..MODES {
             if !predicted.corrects(r) || sums[r].1 {
@@ -173,63 +172,15 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         Corrected { evidence: sums.map(|(sums, _)| beta_0 + sums.evidence), resets }
     }
 
-    /// Corrects the modes that are sharp, by sums of positive terms. Returns how many refused.
-    #[inline(never)]
-    fn correct_sharply<
+    /// The gated detections, each with its shares in the modes.
+    pub(super) fn shared<
+        'a,
         M: MeasurementModel<T, NX, NZ>,
         I: Predicted<T, NX, NZ, MODES>,
         const NX: usize,
         const NZ: usize,
         const MODES: usize,
     >(
-        &self,
-        miss: T,
-        sums: &[(Sums<T, NZ>, bool); MODES],
-        bank: &mut ModeBank<T, NX, MODES>,
-        predicted: &I,
-        model: &M,
-        detections: &[Detection<T, NZ>],
-    ) -> u16 {
-        let innovations = predicted.innovations();
-        let mut modes = bank.modes.each_ref().map(|g| Mixture {
-            scale: T::ZERO,
-            shift: SVector::zeros(),
-            cov: g.cov.to_matrix(),
-            h: model.jacobian(&g.mean),
-            noise: model.noise(&g.mean),
-        });
-        for ((mixture, innovation), (sums, _)) in modes.iter_mut().zip(innovations).zip(sums) {
-            let scale = T::ONE / (miss + sums.evidence);
-            let shift = innovation.cross * SVector::from(sums.first) * scale;
-            (mixture.scale, mixture.shift) = (scale, shift);
-            mixture.cov = (mixture.cov + shift * shift.transpose()) * (miss * scale);
-        }
-        for (detection, shares) in self.shared(bank, predicted, model, detections) {
-            for r in 0..MODES {
-                let (Share { p, s_inv, nu }, mixture) = (&shares[r], &mut modes[r]);
-                if !sums[r].1 {
-                    continue;
-                }
-                let gain = innovations[r].cross * s_inv.to_matrix();
-                let d = gain * nu - mixture.shift;
-                let joseph = bank.modes[r].joseph(&gain, &mixture.h, detection.noise.as_ref().unwrap_or(&mixture.noise));
-                mixture.cov += (joseph + d * d.transpose()) * (*p * mixture.scale);
-            }
-        }
-        let mut resets = 0;
-        for (r, Mixture { scale, shift, cov, .. }) in modes.iter().enumerate() {
-            let (sums, sharp) = &sums[r];
-            let evidence = miss + sums.evidence;
-            if *sharp && evidence > T::lit(LEAST_PROBABILITY) && is_finite(*scale) {
-                let mean = bank.modes[r].mean + shift;
-                resets += u16::from(!bank.modes[r].replace(mean, cov));
-            }
-        }
-        resets
-    }
-
-    /// The gated detections, each with its shares in the modes.
-    fn shared<'a, M: MeasurementModel<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
         &'a self,
         bank: &ModeBank<T, NX, MODES>,
         predicted: &'a I,
@@ -276,7 +227,13 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
 
     /// [`pda`](Self::pda) by logarithms.
     #[inline(never)]
-    pub(super) fn pda_apart<S: Sensor<T, NX, NZ>, I: Predicted<T, NX, NZ, MODES>, const NX: usize, const NZ: usize, const MODES: usize>(
+    pub(super) fn pda_by_logarithms<
+        S: Sensor<T, NX, NZ>,
+        I: Predicted<T, NX, NZ, MODES>,
+        const NX: usize,
+        const NZ: usize,
+        const MODES: usize,
+    >(
         &mut self,
         bank: &mut ModeBank<T, NX, MODES>,
         predicted: &I,
@@ -287,36 +244,20 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         self.score(bank, predicted, sensor, detections);
         let (miss, hits) = self.weights();
         let miss = Pda.associate(miss, hits);
-        let Corrected { evidence, resets } = self.correct_apart(miss * doubt, bank, predicted, sensor.model(), detections);
+        let Corrected { evidence, resets } = self.correct_by_logarithms(miss * doubt, bank, predicted, sensor.model(), detections);
         bank.weigh(&evidence);
         Found { miss, hits: T::ONE - miss, resets }
     }
 }
 
 /// What a detection gives to one mode.
-struct Share<T, const NZ: usize> {
-    p: T,
-    s_inv: Symmetric<T, NZ>,
-    nu: SVector<T, NZ>,
-}
-
-/// A mode as the mixture of what it is without a detection and with each.
-struct Mixture<T, const NX: usize, const NZ: usize> {
-    /// 1 / e
-    scale: T,
-    /// Its mean less that of the prediction
-    shift: SVector<T, NX>,
-    cov: SMatrix<T, NX, NX>,
-    h: SMatrix<T, NZ, NX>,
-    noise: Symmetric<T, NZ>,
-}
-
-/// Whether the noise of a detection, its own or the sensor's, is sharp.
-fn is_sharp<T: Real, const NX: usize, const NZ: usize>(innovation: &Innovation<T, NX, NZ>, detection: &Detection<T, NZ>) -> bool {
-    match &detection.noise {
-        Some(noise) => noise_is_sharp(&innovation.spread, noise),
-        None => innovation.sharp,
-    }
+pub(super) struct Share<T, const NZ: usize> {
+    /// p
+    pub p: T,
+    /// S⁻¹
+    pub s_inv: Symmetric<T, NZ>,
+    /// ν
+    pub nu: SVector<T, NZ>,
 }
 
 /// ln Σ_r c_r L_r over the modes that weigh
