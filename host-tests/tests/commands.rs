@@ -36,6 +36,11 @@ fn failures_are_one_line_and_status_2() -> Result<(), Box<dyn Error>> {
         (&["replay", "binary.csv"], "binary.csv: not UTF-8 text"),
         (&["replay", "ok.csv", "--config", "config.toml", "--out", "out.json"], "config.toml, line 2"),
         (&["replay", "ok.csv", "--out", "ok.csv"], "ok.csv"),
+        (&["replay-log"], "<FILE>"),
+        (&["replay-log", "missing.log"], "missing.log: no such file"),
+        (&["replay-log", "binary.csv"], "binary.csv: header: it ends early"),
+        (&["replay-log", "ok.csv"], "ok.csv: header: it does not begin as it must"),
+        (&["soak", "--scans", "10"], "10 is not in 1000.."),
     ];
     for (arguments, expected) in cases {
         let output = host_tests(arguments, dir.path())?;
