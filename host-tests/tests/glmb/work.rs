@@ -41,6 +41,7 @@ struct Counting<'a, M> {
 
 impl<M: MotionModel<f64, 4>> MotionModel<f64, 4> for Counting<'_, M> {
     const LAYOUT: Layout = M::LAYOUT;
+    type Step = M::Step;
 
     fn transition(&self, x: &SVector<f64, 4>, dt: f64) -> SVector<f64, 4> {
         self.model.transition(x, dt)
@@ -51,9 +52,12 @@ impl<M: MotionModel<f64, 4>> MotionModel<f64, 4> for Counting<'_, M> {
     fn process_noise(&self, x: &SVector<f64, 4>, dt: f64) -> Symmetric<f64, 4> {
         self.model.process_noise(x, dt)
     }
-    fn predict(&self, g: &mut Gaussian<f64, 4>, dt: f64) {
+    fn step(&self, dt: f64) -> M::Step {
+        self.model.step(dt)
+    }
+    fn advance(&self, g: &mut Gaussian<f64, 4>, step: &M::Step) {
         self.counts.add(0);
-        self.model.predict(g, dt);
+        self.model.advance(g, step);
     }
 }
 
