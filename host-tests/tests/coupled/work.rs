@@ -38,7 +38,7 @@ impl ModeSet<f64, 4, 2> for Counting<Motion> {
     type Steps = <Motion as ModeSet<f64, 4, 2>>::Steps;
 
     fn steps(&self, dt: f64) -> Self::Steps {
-        self.0.steps(dt)
+        <Motion as ModeSet<f64, 4, 2>>::steps(&self.0, dt)
     }
     fn advance(&self, mode: usize, g: &mut Gaussian<f64, 4>, steps: &Self::Steps) {
         count(0);
