@@ -54,7 +54,7 @@ fn solve(case: &Field<'_>, precision: Precision) -> Result<Value, Failure> {
         return Err(case.failure(format!("more than {MOST_SCANS} scans with several modes")));
     }
     // Gaussians in every mode: MODES^{scans − 1}.
-    let comps = modes.pow(MOST_SCANS as u32 - 1);
+    let comps = modes.saturating_pow(MOST_SCANS as u32 - 1);
     by_size!(precision, filter(case), [n, m, modes, comps], [4 2 1 1] [4 2 2 16] [4 2 3 81])
 }
 
