@@ -57,6 +57,7 @@ pub struct Odds<T> {
 
 /// What a hypothesis says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// Neither was detected
     Nothing,

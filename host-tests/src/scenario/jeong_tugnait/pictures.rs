@@ -16,17 +16,20 @@ pub(super) fn draw(order: &Order, runs: &[Run]) -> Result<Vec<Picture>, Failure>
         pictures.push(Picture { file: format!("{}-{what}.svg", SCENARIO.name), svg: chart.render()? });
         Ok(())
     };
-    for (what, area) in [("paths", None), ("crossing", Some([30..=56]))] {
-        let scans = area.map_or(0..=SCANS, |[scans]| scans);
-        let mut chart = Chart::map(format!("Truth, and tracks of {} in run 0", order.filters[0]), "x [m]", "y [m]");
-        for truth in &runs[0].data.truth {
-            chart = chart.with(Series::truth("truth", truth[scans.clone()].iter().map(|[x, y, _]| [*x, *y]).collect()));
+    // The first two show what the others are compared by.
+    for (number, name) in order.filters.iter().enumerate().take(2) {
+        let file = name.to_lowercase().replace(' ', "-");
+        for (what, scans) in [("paths", 0..=SCANS), ("crossing", 30..=56)] {
+            let mut chart = Chart::map(format!("Truth, and tracks of {name} in run 0"), "x [m]", "y [m]");
+            for truth in &runs[0].data.truth {
+                chart = chart.with(Series::truth("truth", truth[scans.clone()].iter().map(|[x, y, _]| [*x, *y]).collect()));
+            }
+            for (target, points) in runs[0].filters[number].tracks.iter().enumerate() {
+                let points = (1..=SCANS).zip(points).filter(|(k, _)| scans.contains(k)).map(|(_, p)| [p.position[0], p.position[1]]);
+                chart = chart.with(Series::track(format!("track {}", target + 1), points.collect()).coloured(target));
+            }
+            add(&format!("{what}-{file}"), chart)?;
         }
-        for (target, points) in runs[0].filters[0].tracks.iter().enumerate() {
-            let points = (1..=SCANS).zip(points).filter(|(k, _)| scans.contains(k)).map(|(_, p)| [p.position[0], p.position[1]]);
-            chart = chart.with(Series::track(format!("track {}", target + 1), points.collect()).coloured(target));
-        }
-        add(what, chart)?;
     }
     for target in 0..TARGETS {
         let title = format!("Rms position error of target {}, runs that are ok without excursions", target + 1);
