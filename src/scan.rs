@@ -238,6 +238,8 @@ pub struct Report {
     pub clusters_approximated: u16,
     /// Clusters without any possible joint event: their tracks count as not detected
     pub clusters_infeasible: u16,
+    /// Pairs of tracks that the sensor may not tell apart, beyond the room for them: they count as resolved
+    pub pairs_refused: u16,
     /// Every association probability of a bounded cluster is within this of the exact one
     pub association_error_bound: f32,
     /// A bound on the share of probability that hypotheses given up had; their L1 error is at most twice as large
@@ -273,5 +275,6 @@ impl Report {
             && self.clusters_approximated == 0
             && self.clusters_infeasible == 0
             && self.truncated_mass == 0.0
+            && self.pairs_refused == 0
     }
 }

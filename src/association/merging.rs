@@ -44,8 +44,9 @@ pub type UnresolvedPairs<T, const DETS: usize> = heapless::VecView<UnresolvedPai
 
 /// [`Jpda`] with room for `PAIRS` pairs of tracks that the sensor may not tell apart.
 ///
-/// In a tracker this is all it takes besides a sensor that states its [resolution](crate::sensor::Sensor::resolution): tracks that
-/// come close are paired, the closest first and each once, and are two again when they part. Pairs beyond `PAIRS` stay resolved.
+/// In [`ImmJpda`](crate::tracker::ImmJpda) this is all it takes besides a sensor that states its [resolution](crate::sensor::Sensor::resolution): tracks that
+/// come close are paired, the closest first and each once, and are two again when they part. Pairs beyond `PAIRS` stay resolved, and the report counts them.
+/// [`LmsJpda`](crate::tracker::LmsJpda) makes no pairs.
 ///
 /// Memory: two matrices more than `Jpda`, and DETS + 4 scalars a pair. Cost: 1 + 2 p associations with p pairs, and about
 /// 5 p TRACKS DETS operations.

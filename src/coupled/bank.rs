@@ -210,8 +210,9 @@ impl<T: Real, C: Coupling<T, NX>, const NX: usize, const MODES: usize> CoupledBa
     #[must_use]
     pub fn combined(&self) -> CoupledGaussian<T, NX, C> {
         let pairs = || self.prob.iter().flatten().zip(self.pairs.iter().flatten());
-        let of = |r: usize| Gaussian::moment_match(pairs().map(move |(p, pair)| (*p, &pair.targets[r])));
-        let mut out = CoupledGaussian::<T, NX, C>::new([of(0), of(1)]);
+        let first = Gaussian::moment_match(pairs().map(|(p, CoupledGaussian { targets: [first, _], .. })| (*p, first)));
+        let second = Gaussian::moment_match(pairs().map(|(p, CoupledGaussian { targets: [_, second], .. })| (*p, second)));
+        let mut out = CoupledGaussian::<T, NX, C>::new([first, second]);
         let CoupledGaussian { targets: [first, second], cross } = &mut out;
         if let Some(out) = cross.block_mut() {
             for (p, pair) in pairs() {

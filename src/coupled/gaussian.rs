@@ -151,18 +151,20 @@ impl<T: Real, const NX: usize, C: Coupling<T, NX>> CoupledGaussian<T, NX, C> {
                     }
                 }
             }
-            // What an innovation drops as ambiguous tells nothing of the other target either.
-            for (r, seen) in seen.iter().enumerate() {
-                for k in 0..NZ {
-                    if seen.cross.data.0[k].iter().all(|v| *v == T::ZERO) {
-                        out.gain[1 - r][r].data.0[k] = [T::ZERO; NX];
-                    }
-                }
-            }
             for k in 0..NZ {
                 for l in 0..NZ {
                     for i in 0..NX {
                         out.spread.cross[k][l] += jacobians[0].data.0[i][k] * out.gain[0][1].data.0[l][i];
+                    }
+                }
+            }
+            // What an innovation drops as ambiguous tells nothing of the other target either.
+            for (r, seen) in seen.iter().enumerate() {
+                for k in (0..NZ).filter(|k| seen.cross.data.0[*k].iter().all(|v| *v == T::ZERO)) {
+                    out.gain[1 - r][r].data.0[k] = [T::ZERO; NX];
+                    for l in 0..NZ {
+                        let entry = if r == 0 { &mut out.spread.cross[k][l] } else { &mut out.spread.cross[l][k] };
+                        *entry = T::ZERO;
                     }
                 }
             }

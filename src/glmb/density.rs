@@ -43,6 +43,8 @@ impl<S, T: Real, const MODES: usize> Sight<'_, S, T, MODES> {
 pub trait Density<T: Real, const NX: usize, const MODES: usize>: Copy + Debug {
     /// All zero bits.
     const ZERO: Self;
+    /// Gaussians or points, in all modes together.
+    const COMPONENTS: usize;
 
     /// Becomes that of a target that was just born: `g` in every mode, with the mode probabilities `prob`.
     fn bear<R: Rng>(&mut self, g: &Gaussian<T, NX>, prob: &[T; MODES], rng: &mut R);

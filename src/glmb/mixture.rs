@@ -136,6 +136,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const COMPS: usize> Density<T
         assert!(COMPS >= 1 && MODES >= 1, "a mixture needs a component");
         Self { banks: [ModeBank::ZERO; COMPS] }
     };
+    const COMPONENTS: usize = MODES * COMPS;
 
     fn bear<R: Rng>(&mut self, g: &Gaussian<T, NX>, prob: &[T; MODES], _: &mut R) {
         *self = Self::ZERO;

@@ -20,6 +20,7 @@
 //! | `ranked.rs`, `gibbs.rs` | truncation: the events of the greatest weight, or a random walk among them |
 //! | `pool.rs`, `table.rs` | hypotheses: the heaviest, the same set once; the tracks that they are made of |
 //! | `birth.rs` | where targets appear |
+//! | `work.rs` | the most work that a scan can make |
 //!
 //! The tracker made of them is [`JmsGlmb`](crate::tracker::JmsGlmb).
 
@@ -35,6 +36,7 @@ mod ranked;
 mod row;
 mod table;
 mod total;
+mod work;
 
 pub use birth::Region;
 pub(crate) use birth::{Adaptive, Unexplained};
@@ -49,6 +51,8 @@ pub use row::{Event, Limits, Outcome, Problem, Row, Truncation};
 pub(crate) use row::{GONE, ln_add};
 pub(crate) use table::{Generation, Slot, decode, encode};
 pub(crate) use total::ln_total;
+pub(crate) use work::Capacities;
+pub use work::GlmbWork;
 
 /// The identity of a target: never given twice, and kept as long as the target is tracked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

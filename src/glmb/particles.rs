@@ -66,6 +66,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const POINTS: usize> Density<
         let point = Point { x: Gaussian::<T, NX>::ZERO.mean, mode: 0 };
         Self { points: [point; POINTS], noise: [Symmetric::zeros(); MODES] }
     };
+    const COMPONENTS: usize = POINTS;
 
     fn bear<R: Rng>(&mut self, g: &Gaussian<T, NX>, prob: &[T; MODES], rng: &mut R) {
         self.noise = [g.cov; MODES];

@@ -214,9 +214,6 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
     /// position and velocity in all axes, each over the sum of its variances. Two confirmed tracks that a sensor may not tell apart
     /// are close for that reason.
     pub(crate) fn is_duplicate_of(&self, other: &Self, logic: &Logic<T>, layout: Layout) -> bool {
-        if self.unresolved && other.unresolved && self.confirmed && other.confirmed {
-            return false;
-        }
         let (a, b) = (self.likely(), other.likely());
         let (mut sum, mut terms) = (T::ZERO, 0);
         for i in (0..layout.axes).flat_map(|axis| [axis * layout.stride, axis * layout.stride + 1]) {
@@ -226,7 +223,8 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
                 terms += 1;
             }
         }
-        terms > 0 && sum < logic.duplicate_distance * logic.duplicate_distance * T::from_count(terms)
+        let two = || self.unresolved && other.unresolved && self.confirmed && other.confirmed;
+        terms > 0 && sum < logic.duplicate_distance * logic.duplicate_distance * T::from_count(terms) && !two()
     }
 
     /// Whether this track goes rather than `other`, if they are one: the tentative before the confirmed, then the younger.

@@ -155,7 +155,8 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, C: Coupling<T, NX>, const NX: usize, con
             return None;
         }
         let pair = [state.ids.next()?, state.ids.next()?];
-        (state.time, state.pair, state.bank, state.resets, state.seen) = (Some(at), Some(pair), bank, 0, [T::ONE; 2]);
+        (state.time, state.pair, state.bank) = (Some(at), Some(pair), bank);
+        (state.resets, state.seen, state.unresolved) = (0, [T::ONE; 2], T::ZERO);
         Some(pair)
     }
 

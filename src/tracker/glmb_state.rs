@@ -7,7 +7,7 @@
 //! ```
 
 use crate::gaussian::Gaussian;
-use crate::glmb::{Density, Generation, Hypothesis, Label, Pool, Row, Slot, Truncation, Unexplained};
+use crate::glmb::{Capacities, Density, Generation, GlmbWork, Hypothesis, Label, Pool, Ranked, Row, Slot, Truncation, Unexplained};
 use crate::scalar::{Real, exp};
 use crate::symmetric::Symmetric;
 use crate::time::Instant;
@@ -189,5 +189,36 @@ impl<
             }
         }
         LabelledEstimate { label, existence, state: Gaussian::new(mean, cov), modes }
+    }
+}
+
+impl<
+    T: Real,
+    D,
+    const EVENTS: usize,
+    const COLUMNS: usize,
+    const SLOTS: usize,
+    const HYPS: usize,
+    const LABELS: usize,
+    const GATED: usize,
+    const DETS: usize,
+> GlmbState<T, D, Ranked<EVENTS, COLUMNS>, SLOTS, HYPS, LABELS, GATED, DETS>
+{
+    /// The most work that a scan can make, none of its detections with a noise or a time of its own.
+    #[must_use]
+    pub const fn worst_case<const NX: usize, const MODES: usize>() -> GlmbWork
+    where
+        D: Density<T, NX, MODES>,
+    {
+        GlmbWork::ranked(Capacities {
+            slots: SLOTS,
+            hypotheses: HYPS,
+            labels: LABELS,
+            gated: GATED,
+            detections: DETS,
+            components: D::COMPONENTS,
+            events: EVENTS,
+            columns: COLUMNS,
+        })
     }
 }

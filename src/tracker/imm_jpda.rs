@@ -142,7 +142,7 @@ where
     ) -> Result<Report, ScanError> {
         let (selection, mut report) = state.picture.open(&self.setup, sensor, scan)?;
         let diffuse = score(state, sensor, scan.detections, &selection);
-        let sights = pair_up(state, sensor, scan.detections, &selection, diffuse);
+        let sights = pair_up(state, sensor, scan.detections, &selection, diffuse, &mut report);
         let Joint { matrix, memory } = &mut state.scratch;
         report.add(self.associator.associate(matrix, memory));
         self.absorb(state, sensor, scan.detections, &selection, sights.as_ref(), &mut report);
@@ -235,6 +235,7 @@ fn pair_up<T, S, A, const NX: usize, const NZ: usize, const MODES: usize, const 
     detections: &[Detection<T, NZ>],
     selection: &Selection<DETS>,
     diffuse: T,
+    report: &mut Report,
 ) -> Option<Sights<T, NZ, TRACKS>>
 where
     T: Real,
@@ -246,7 +247,7 @@ where
     pairs.clear();
     let resolution = sensor.resolution()?;
     let sights = unresolved::look(tracks, sensor);
-    unresolved::pair_up(pairs, &sights, &Dwell { sensor, resolution, detections, selection }, diffuse);
+    report.pairs_refused = unresolved::pair_up(pairs, &sights, &Dwell { sensor, resolution, detections, selection }, diffuse);
     for pair in pairs.iter() {
         for (claimed, g) in claimed.iter_mut().zip(&pair.hit) {
             *claimed |= *g > T::ZERO;

@@ -24,17 +24,10 @@
 //! were not found and those below the threshold; not what lies outside gates.
 //!
 //! # Cost
-//! With s tracks in the table, b births, h hypotheses of at most ℓ = LABELS rows, m detections and g = GATED, a scan costs at most
-//!
-//! ```text
-//! s predictions of a density,  (s + b) m residuals in every component,  (s + b) g exponentials
-//! h rows of events: for Ranked of K events and C columns 3 K ℓ (ℓ + 2) C looks, for Gibbs of K sweeps K ℓ² g
-//! h (ℓ² g² comparisons + 448 ℓ multiply-adds) for the total weight
-//! h K offers of log₂ HYPS swaps,  HYPS log₂ HYPS comparisons of sets, twice
-//! s updates of a density
-//! ```
-//!
-//! and with births from detections m predictions and rows more. [`GlmbState`] is all the memory there is.
+//! Every loop is bounded by the capacities. The formula of all of them is in `glmb/work.rs` and, for given ones,
+//! [`GlmbState::worst_case`]; what a scan costs in the mean is far less: a prediction and a row for every track in the table, and
+//! a few assignments for every hypothesis. Gibbs sampling takes K LABELS² GATED comparisons a hypothesis for K sweeps instead of
+//! the assignments. [`GlmbState`] is all the memory there is.
 
 use super::glmb_cycle::{Arrivals, Births};
 use super::glmb_state::GlmbState;
@@ -69,6 +62,7 @@ use rand_core::{Rng, TryRng};
 /// use boresight::tracker::{GlmbState, JmsGlmb};
 /// use nalgebra::SVector;
 ///
+/// type Modes = (ConstantVelocity<f32, 2>, KnownTurn<f32, 2>);
 /// // States (x, vx, y, vy), 2 modes of one Gaussian each; 24 tracks, 16 hypotheses of up to 6 targets, 4 detections of a
 /// // track and 32 of a scan.
 /// type Events = Ranked<16, 16>;
@@ -77,7 +71,7 @@ use rand_core::{Rng, TryRng};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let noise = ProcessNoise::Discrete(1.0); // (m/s²)²
-/// let modes = (ConstantVelocity::new(noise)?, KnownTurn::new(0.1, noise)?); // rad/s
+/// let modes: Modes = (ConstantVelocity::new(noise)?, KnownTurn::new(0.1, noise)?); // rad/s
 /// let gates = Gaussian::new(SVector::zeros(), Symmetric::from_diagonal([1e4, 400.0, 1e4, 400.0])); // m², (m/s)²
 /// let tracker = JmsGlmb::<f32, _, _, 4, 2, 2>::new(modes, [[0.9, 0.1], [0.1, 0.9]], 0.99, Events {})?
 ///     .with_region(Region::new(0.02, gates, [1.0, 0.0])?)?

@@ -76,30 +76,34 @@ pub(super) fn look<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usi
     })
 }
 
-/// Finds the pairs and writes what they weigh as one. `diffuse` is 1 / λ where clutter is.
+/// Finds the pairs and writes what they weigh as one. `diffuse` is 1 / λ where clutter is. Returns how many found no room.
 #[inline(never)]
 pub(super) fn pair_up<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>(
     pairs: &mut UnresolvedPairs<T, DETS>,
     sights: &Sights<T, NZ, TRACKS>,
     dwell: &Dwell<'_, S, T, NZ, DETS>,
     diffuse: T,
-) {
+) -> u16 {
     let Dwell { sensor, resolution, .. } = *dwell;
-    let seen = |row: usize| sights.get(row).and_then(Option::as_ref);
+    let (mut free, mut refused) = (*sights, 0);
     for _ in 0..TRACKS / 2 {
-        let taken = |row: usize| pairs.iter().any(|pair| pair.rows.iter().any(|r| usize::from(*r) == row));
         let mut closest: Option<([usize; 2], AsOne<T, NZ>)> = None;
-        for first in (0..TRACKS).filter(|row| !taken(*row)) {
-            for second in (first + 1..TRACKS).filter(|row| !taken(*row)) {
-                let Some((a, b)) = seen(first).zip(seen(second)) else { continue };
-                let Some(as_one) = as_one(a, b, sensor, resolution) else { continue };
+        for (first, a) in free.iter().enumerate() {
+            let Some(a) = a else { continue };
+            for (second, b) in free.iter().enumerate().skip(first + 1) {
+                let Some(as_one) = b.as_ref().and_then(|b| as_one(a, b, sensor, resolution)) else { continue };
                 if closest.as_ref().is_none_or(|(_, closest)| as_one.ln_unresolved > closest.ln_unresolved) {
                     closest = Some(([first, second], as_one));
                 }
             }
         }
-        let Some((rows, as_one)) = closest else { return };
-        let Some(nominal) = seen(rows[0]).map(|sight| sight.noise) else { return };
+        let Some((rows, as_one)) = closest else { break };
+        let [first, _] = rows.map(|row| free.get_mut(row).and_then(Option::take));
+        let Some(nominal) = first.map(|sight| sight.noise) else { break };
+        if pairs.is_full() {
+            refused += 1;
+            continue;
+        }
         let mut hit = [T::ZERO; DETS];
         for (column, (detection, g)) in dwell.taken().zip(&mut hit).enumerate() {
             let Some(detection) = detection else { continue };
@@ -118,10 +122,9 @@ pub(super) fn pair_up<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: 
         let resolved = exp(as_one.ln_resolved);
         let miss = exp(as_one.ln_unresolved + as_one.ln_missed);
         let pair = UnresolvedPair { rows: rows.map(|row| row as u16), resolved, alone: T::ONE, miss, hit };
-        if pairs.push(pair).is_err() {
-            return;
-        }
+        let _ = pairs.push(pair);
     }
+    refused
 }
 
 /// Two tracks as one, if they may be.

@@ -1,9 +1,9 @@
 //! The coupled filter, to be counted: two targets of nine states each, nine pairs of modes, radar and infrared sensor.
 //!
-//! `radar_scan` predicts and updates, `infrared_scan` updates at the same time; `radar_scan_apart` and `infrared_scan_apart` are the
-//! same without the cross covariance. They are exported by these names, for any tool that traces calls. Plots and reference are
-//! those of the module `twin::coupled`: the image ends with status 0 if the bits of the result are those of the desk, otherwise
-//! with 1. As in `budget`, nothing here prints.
+//! `coupled18_first` takes in a scan of the radar, which moves all pairs of modes, `coupled18_second` one of the infrared sensor at
+//! the same time; `apart18_first` and `apart18_second` are the same without the cross covariance. They are exported by these names,
+//! for any tool that traces calls. Plots and reference are those of the module `twin::coupled`: the image ends with status 0 if the
+//! bits of the result are those of the desk, otherwise with 1. As in `budget`, nothing here prints.
 
 #![no_std]
 #![no_main]
@@ -20,25 +20,25 @@ type Step<C> = fn(&Meeting<C>, &mut Memory<C>, usize, &Plots) -> bool;
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn radar_scan(meeting: &Meeting, memory: &mut Memory, k: usize, plots: &Plots) -> bool {
+fn coupled18_first(meeting: &Meeting, memory: &mut Memory, k: usize, plots: &Plots) -> bool {
     meeting.step(memory, 0, k, plots).is_ok()
 }
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn infrared_scan(meeting: &Meeting, memory: &mut Memory, k: usize, plots: &Plots) -> bool {
+fn coupled18_second(meeting: &Meeting, memory: &mut Memory, k: usize, plots: &Plots) -> bool {
     meeting.step(memory, 1, k, plots).is_ok()
 }
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn radar_scan_apart(meeting: &Meeting<NoCross>, memory: &mut Memory<NoCross>, k: usize, plots: &Plots) -> bool {
+fn apart18_first(meeting: &Meeting<NoCross>, memory: &mut Memory<NoCross>, k: usize, plots: &Plots) -> bool {
     meeting.step(memory, 0, k, plots).is_ok()
 }
 
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn infrared_scan_apart(meeting: &Meeting<NoCross>, memory: &mut Memory<NoCross>, k: usize, plots: &Plots) -> bool {
+fn apart18_second(meeting: &Meeting<NoCross>, memory: &mut Memory<NoCross>, k: usize, plots: &Plots) -> bool {
     meeting.step(memory, 1, k, plots).is_ok()
 }
 
@@ -58,7 +58,7 @@ fn follow<C: Coupling<f32, NX>>(memory: &mut Memory<C>, steps: [Step<C>; 2]) -> 
 fn main() -> ! {
     static mut KEPT: Memory<Kept> = Memory::new();
     static mut APART: Memory<NoCross> = Memory::new();
-    let sums = [follow(KEPT, [radar_scan, infrared_scan]), follow(APART, [radar_scan_apart, infrared_scan_apart])];
+    let sums = [follow(KEPT, [coupled18_first, coupled18_second]), follow(APART, [apart18_first, apart18_second])];
     exit(sums == CHECKSUMS.map(Some))
 }
 

@@ -43,6 +43,9 @@ pub const PIECES: [&str; 11] = [
     "cluster16_32",
 ];
 
+/// What the image `coupled` exports: a scan that moves the targets and another at the same time, 9 pairs of modes over 18 states, with
+/// the cross covariance and without.
+pub const COUPLED: [&str; 4] = ["coupled18_first", "coupled18_second", "apart18_first", "apart18_second"];
 /// What the image `fusion` exports: a list taken in, and two made one picture. The latter is called twice with tracks that are
 /// apart, then twice in a crowd.
 pub const FUSION: [&str; 2] = ["receive16", "fuse16_16"];

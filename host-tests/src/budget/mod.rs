@@ -23,7 +23,7 @@ mod likely;
 mod table;
 
 use crate::{Failure, output};
-use configuration::{FUSION, KERNELS, PIECES, Tracker, trackers};
+use configuration::{COUPLED, FUSION, KERNELS, PIECES, Tracker, trackers};
 use count::{Board, Call};
 use figures::{Figures, Fusion, Kernel, Load, Record};
 use image::Image;
@@ -76,7 +76,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     let bar = progress(trackers.len() as u64 + 2);
     bar.set_message("the counter and the common images");
     let counter = image::build_counter(root)?;
-    image::build(root, &["budget", "empty", "fusion", "glmb", "kernels", "memory", "unfused"], &[])?;
+    image::build(root, &["budget", "coupled", "empty", "fusion", "glmb", "kernels", "memory", "unfused"], &[])?;
     bar.inc(1);
 
     let memory = Image::open(root, "memory")?;
@@ -84,6 +84,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     if with_kernels {
         record.kernels = measure_kernels(&counter, &Image::open(root, "budget")?, &KERNELS)?;
         record.pieces = measure_kernels(&counter, &Image::open(root, "kernels")?, &PIECES)?;
+        record.pieces.extend(measure_kernels(&counter, &Image::open(root, "coupled")?, &COUPLED)?);
         let fusion = Image::open(root, "fusion")?;
         let flash = fusion.flash()?.saturating_sub(Image::open(root, "unfused")?.flash()?);
         record.fusion = Fusion { ram: configuration::picture(&memory)?, flash, calls: measure_fusion(&counter, &fusion)? };

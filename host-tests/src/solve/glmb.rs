@@ -5,7 +5,7 @@
 //! so far its existence, density and mode probabilities.
 //!
 //! The tracker is the one that runs on the target, with room for half a million hypotheses, a gate that holds everything, and
-//! Gaussians for every sequence of modes over five scans of a target born in one of three modes, or four of one born in any.
+//! Gaussians for every sequence of modes over five scans. Cases that need more are refused.
 
 use super::field::{Field, matrix, number, numbers, vector};
 use super::kf::symmetric;
@@ -41,15 +41,21 @@ type Memory<T, const N: usize, const R: usize, const COMPS: usize> =
 type Tracker<T, const N: usize, const R: usize> = JmsGlmb<T, [LinearMotion<T, N>; R], Truncation, N, R, BIRTHS>;
 type Sensor<T, const N: usize, const M: usize> = UniformSensor<LinearMeasurement<T, N, M>, T>;
 
+/// Scans in several modes of which every sequence is kept.
+const MOST_SCANS: usize = 5;
+
 /// The memory is built on the stack before it is boxed.
 const STACK_BYTES: usize = 1 << 30;
 
 fn solve(case: &Field<'_>, precision: Precision) -> Result<Value, Failure> {
     let modes = case.get("F")?.items()?.len();
     let (n, m) = (case.get("Q")?.items()?.first().map_or(Ok(0), |q| Ok(q.items()?.len()))?, case.get("H")?.items()?.len());
-    // Gaussians in every mode.
-    let comps = [0, 1, 8, 27].get(modes).copied().unwrap_or(0);
-    by_size!(precision, filter(case), [n, m, modes, comps], [4 2 1 1] [4 2 2 8] [4 2 3 27])
+    if modes > 1 && case.get("scans")?.items()?.len() > MOST_SCANS {
+        return Err(case.failure(format!("more than {MOST_SCANS} scans with several modes")));
+    }
+    // Gaussians in every mode: MODES^{scans − 1}.
+    let comps = modes.pow(MOST_SCANS as u32 - 1);
+    by_size!(precision, filter(case), [n, m, modes, comps], [4 2 1 1] [4 2 2 16] [4 2 3 81])
 }
 
 fn filter<T: Scalar, const N: usize, const M: usize, const R: usize, const COMPS: usize>(case: &Field<'_>) -> Result<Value, Failure> {

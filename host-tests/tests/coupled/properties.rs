@@ -5,6 +5,7 @@ use boresight::coupled::{Candidate, CoupledBank, CoupledGaussian, Coupling, Cros
 use boresight::gaussian::Gaussian;
 use boresight::mode::ModeBank;
 use boresight::model::motion::{ConstantAcceleration, ConstantVelocity, ProcessNoise};
+use boresight::model::radar::{Component, Radar};
 use boresight::symmetric::Symmetric;
 use nalgebra::SMatrix;
 
@@ -89,6 +90,25 @@ fn sharp_noise_leaves_a_covariance() {
         let least = (scale * cov * scale).symmetric_eigenvalues().min();
         assert!(least > -1e-3, "{seed}: {least}");
     }
+}
+
+/// Where the fold of a range-rate is not certain it tells nothing: of its own target, nor of the other through what both have in common.
+#[test]
+fn an_ambiguous_range_rate_tells_nothing_of_either() {
+    let noise = Symmetric::from_diagonal([25.0, 1e-4, 1.0]);
+    let radar = Radar::<f64, 3, 2, 2>::new([Component::Range, Component::Azimuth, Component::RangeRate], noise).expect("sound");
+    let radar = radar.with_unambiguous_speed(10.0).expect("sound");
+    let target =
+        |x: f64, variance: f64| Gaussian::new([x, 5.0, 300.0, -5.0].into(), Symmetric::from_diagonal([100.0, variance, 100.0, variance]));
+    // The first is too uncertain to be unfolded.
+    let targets = [target(1000.0, 400.0), target(1020.0, 1.0)];
+    let cross = Cross(SMatrix::<f64, 4, 4>::from_diagonal_element(8.0));
+    let innovation = CoupledGaussian { targets, cross }.innovation(&radar);
+    let column = |state: usize, of: usize| innovation.gain[state][of].column(2).amax();
+    assert_eq!([column(0, 0), column(1, 0)], [0.0; 2]);
+    assert!(column(1, 1) > 0.0 && column(0, 1) > 0.0);
+    assert_eq!(innovation.spread.cross[2], [0.0; 3]);
+    assert!(innovation.spread.cross[0][0] > 0.0 && innovation.spread.cross[0][2] != 0.0);
 }
 
 type Modes = (ConstantVelocity<f64, 1, 3>, ConstantAcceleration<f64, 1>);

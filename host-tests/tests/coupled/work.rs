@@ -35,10 +35,14 @@ type Motion = [ConstantVelocity<f64, 2>; 2];
 
 impl ModeSet<f64, 4, 2> for Counting<Motion> {
     const LAYOUT: Layout = <Motion as ModeSet<f64, 4, 2>>::LAYOUT;
+    type Steps = <Motion as ModeSet<f64, 4, 2>>::Steps;
 
-    fn predict(&self, mode: usize, g: &mut Gaussian<f64, 4>, dt: f64) {
+    fn steps(&self, dt: f64) -> Self::Steps {
+        <Motion as ModeSet<f64, 4, 2>>::steps(&self.0, dt)
+    }
+    fn advance(&self, mode: usize, g: &mut Gaussian<f64, 4>, steps: &Self::Steps) {
         count(0);
-        self.0.predict(mode, g, dt);
+        self.0.advance(mode, g, steps);
     }
     fn propagate(&self, mode: usize, x: &SVector<f64, 4>, v: &mut SMatrix<f64, 4, 4>, dt: f64) {
         self.0.propagate(mode, x, v, dt);

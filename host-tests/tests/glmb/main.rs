@@ -7,6 +7,7 @@ mod forms;
 mod properties;
 mod refusal;
 mod scenario;
+mod work;
 
 use boresight::association::Gate;
 use boresight::error::ConfigError;

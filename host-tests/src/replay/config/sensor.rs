@@ -100,7 +100,7 @@ impl SensorConfig {
             if Component::named(name).is_none() {
                 return Err(Failure::unknown("component", name, Component::ALL.map(Component::name)).within("resolution"));
             }
-            positive(&format!("resolution.{name}"), cell)?;
+            positive(format!("resolution.{name}"), cell)?;
         }
         if !self.position.iter().all(|x| x.is_finite()) {
             return Err(Failure::at_field("position", "not finite"));

@@ -32,10 +32,19 @@ pub const RADAR: Sensor =
 pub const INFRARED: Sensor =
     Sensor { components: [azimuth, elevation], sigmas: [0.002; 2], cells: [0.004; 2], density: 200.0, window: [0.1, 0.05] };
 
-/// Position and velocity at the start \[m, m/s\], and from when on at which rate it turns \[s, rad/s\].
-const TARGET: [([f64; 3], [f64; 2], &[(usize, f64)]); TARGETS] = [
-    ([18649.0, 16340.0, 40.0], [-8.3, -399.9], &[(27, -0.15), (42, 0.0), (47, 0.10), (65, 0.0)]),
-    ([30000.0, -3040.0, 40.0], [-382.0, 157.0], &[(44, -0.075), (59, 0.0)]),
+/// How a target flies.
+struct Course {
+    /// At the start \[m\]
+    position: [f64; 3],
+    /// In the plane \[m/s\]
+    velocity: [f64; 2],
+    /// From when on it turns at which rate \[s, rad/s\]
+    turns: &'static [(usize, f64)],
+}
+
+const COURSES: [Course; TARGETS] = [
+    Course { position: [18649.0, 16340.0, 40.0], velocity: [-8.3, -399.9], turns: &[(27, -0.15), (42, 0.0), (47, 0.10), (65, 0.0)] },
+    Course { position: [30000.0, -3040.0, 40.0], velocity: [-382.0, 157.0], turns: &[(44, -0.075), (59, 0.0)] },
 ];
 
 /// A sensor of two components at the origin.
@@ -68,7 +77,7 @@ pub struct Data {
 /// Draws one run.
 #[must_use]
 pub fn draw(streams: &mut Streams) -> Data {
-    let truth = TARGET.map(|(position, velocity, turns)| trajectory(position, velocity, turns));
+    let truth = COURSES.map(|course| trajectory(&course));
     let (mut plots, mut merged) = ([const { Vec::new() }; 2], [const { Vec::new() }; 2]);
     for k in 1..=SCANS {
         for ((sensor, plots), merged) in [RADAR, INFRARED].iter().zip(&mut plots).zip(&mut merged) {
@@ -78,7 +87,7 @@ pub fn draw(streams: &mut Streams) -> Data {
         }
     }
     let start = std::array::from_fn(|target: usize| {
-        let ([x, y, z], [vx, vy], _) = TARGET[target];
+        let Course { position: [x, y, z], velocity: [vx, vy], .. } = COURSES[target];
         let state = [[x, vx, 0.0], [y, vy, 0.0], [z, 0.0, 0.0]];
         std::array::from_fn(|i| state[i / 3][i % 3] + START[i % 3] * normal(&mut streams.initial))
     });
@@ -133,10 +142,11 @@ fn elevation([x, y, z]: &[f64; 3]) -> f64 {
 }
 
 /// Positions at scans 0..=87.
-fn trajectory([mut x, mut y, z]: [f64; 3], [mut vx, mut vy]: [f64; 2], turns: &[(usize, f64)]) -> Vec<[f64; 3]> {
+fn trajectory(course: &Course) -> Vec<[f64; 3]> {
+    let ([mut x, mut y, z], [mut vx, mut vy]) = (course.position, course.velocity);
     let mut positions = vec![[x, y, z]];
     for k in 0..SCANS {
-        let rate = turns.iter().rev().find(|(from, _)| *from <= k).map_or(0.0, |(_, rate)| *rate);
+        let rate = course.turns.iter().rev().find(|(from, _)| *from <= k).map_or(0.0, |(_, rate)| *rate);
         let (sin, cos) = rate.sin_cos();
         let (along, across) = if rate == 0.0 { (1.0, 0.0) } else { (sin / rate, (1.0 - cos) / rate) };
         (x, y) = (x + along * vx - across * vy, y + across * vx + along * vy);
