@@ -68,7 +68,7 @@ impl Sink for Told {
 
 fn recorded() -> Result<String, Box<dyn std::error::Error>> {
     let mut told = Told::default();
-    radar::run(&mut told, &mut radar::State::new(), &mut radar::SingleState::new()).map_err(|fault| format!("{fault:?}"))?;
+    radar::run(&mut told, &mut radar::Memory::new()).map_err(|fault| format!("{fault:?}"))?;
     let plots: Vec<[f32; 2]> = SCANS.iter().flat_map(|scan| scan.iter().copied()).collect();
     let mut text = String::from(
         "/* The recorded scans of the example in Rust, and what its tracker tells of every track after each scan: identity, mode\n \
