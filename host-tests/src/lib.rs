@@ -2,7 +2,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`cli`] | the commands `list`, `run`, `replay`, `replay-log`, `soak`, `solve`, `twin`, `budget` |
+//! | [`cli`] | the commands `list`, `run`, `replay`, `replay-log`, `soak`, `solve`, `twin`, `budget`, `compare`, `guide` |
 //! | [`scenario`] | the table of published scenarios; each compares named filters by Monte Carlo |
 //! | [`solve`] | reference cases: reads a case file, fills in what the library computes |
 //! | [`replay`] | recorded plots: readers, sensor description, summary and picture |
@@ -10,6 +10,8 @@
 //! | [`soak`] | trackers that live long, under faults |
 //! | [`budget`] | what trackers and kernels cost on the target, and the bounds of that |
 //! | [`mod@twin`] | the data of the firmware example and the bits expected of it |
+//! | [`compare`] | every tracker on the same scenarios, beside what it costs on the target |
+//! | [`guide`] | lessons in tuning: what wrong numbers look like |
 //! | [`metrics`] | OSPA, GOSPA, NEES, chi-square quantiles, tracking over a sequence of scans |
 //! | [`statistics`] | means with standard errors, medians, Wilson intervals |
 //! | [`monte_carlo`] | independent seeded runs in parallel, in order, with progress |
@@ -21,7 +23,9 @@
 
 pub mod budget;
 pub mod cli;
+pub mod compare;
 pub mod error;
+pub mod guide;
 pub mod metrics;
 pub mod monte_carlo;
 pub mod output;

@@ -139,7 +139,7 @@ proptest! {
             time += gap;
             let scan = Scan::new(Instant::from_micros(time), plots);
             let outcome = tracker.step(&mut state, &sensor, &scan);
-            let length = recorder.record(&scan, &outcome, &state, &mut out).unwrap();
+            let length = recorder.record(&scan, &outcome, &tracker, &state, &mut out).unwrap();
             let mut kept = Plots::<f32, 3, DETS>::new();
             plots.iter().for_each(|plot| kept.push(*plot));
             let (record, rest) = Record::<4, MODES, 3, TRACKS, DETS>::decode(&out[..length]).unwrap();

@@ -16,11 +16,11 @@
 pub mod bound;
 mod configuration;
 mod count;
-mod figures;
+pub(crate) mod figures;
 mod image;
-mod labelled;
+pub(crate) mod labelled;
 mod likely;
-mod table;
+pub(crate) mod table;
 
 use crate::{Failure, output};
 use configuration::{COUPLED, FUSION, KERNELS, PIECES, Tracker, trackers};
@@ -35,7 +35,7 @@ use std::sync::OnceLock;
 /// Where the table stands.
 const README: &str = "firmware-example/README.md";
 /// The same figures for machines.
-const RECORD: &str = "firmware-example/budget.toml";
+pub(crate) const RECORD: &str = "firmware-example/budget.toml";
 
 /// What the command is asked for.
 #[derive(Debug, Clone, Default)]
