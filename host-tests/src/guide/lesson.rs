@@ -22,7 +22,7 @@ pub struct Setting {
 }
 
 /// All right.
-const RIGHT: Setting = Setting { label: "", noise: None, stay: None, p_detect: 0.79, clutter: 8e-6, gate: 16.0, life: None };
+const RIGHT: Setting = Setting { label: "", noise: None, stay: None, p_detect: 0.9, clutter: 9e-6, gate: 16.0, life: None };
 
 /// What a picture shows over time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,13 +111,13 @@ pub const LESSONS: [Lesson; 7] = [
     },
     Lesson {
         name: "detection",
-        title: "Three values of P_D, where 0.79 is true",
+        title: "Three values of P_D, where 0.9 is true",
         told: "P_D",
         shown: Shown::Found,
         map: false,
         settings: [
             Setting { label: "0.3", p_detect: 0.3, ..RIGHT },
-            Setting { label: "**0.79**", ..RIGHT },
+            Setting { label: "**0.9**", ..RIGHT },
             Setting { label: "0.999", p_detect: 0.999, ..RIGHT },
         ],
         holds: |figures| {
@@ -127,14 +127,14 @@ pub const LESSONS: [Lesson; 7] = [
     },
     Lesson {
         name: "clutter",
-        title: "Three densities of clutter, where 8e-6 is true",
+        title: "Three densities of clutter, where 9e-6 is true",
         told: "clutter density",
         shown: Shown::False,
         map: false,
         settings: [
-            Setting { label: "8e-8 /m²", clutter: 8e-8, ..RIGHT },
-            Setting { label: "**8e-6 /m²**", ..RIGHT },
-            Setting { label: "8e-4 /m²", clutter: 8e-4, ..RIGHT },
+            Setting { label: "9e-8 /m²", clutter: 9e-8, ..RIGHT },
+            Setting { label: "**9e-6 /m²**", ..RIGHT },
+            Setting { label: "9e-4 /m²", clutter: 9e-4, ..RIGHT },
         ],
         holds: |figures| {
             let (without, false_) = (order(figures, |f| f.without), order(figures, |f| f.false_tracks));

@@ -7,8 +7,8 @@
 //! | `world.rs` | one run of a setting: what is told to the tracker, and what came of it |
 //! | `curve.rs` | the figures over all runs, as a row of a table and over time |
 //!
-//! All lessons share one world: the two targets of scenario `kashyap-a`, of whose plots every fifth is missing, so P_D is 0.79 and the
-//! density of clutter 8e-6 /m². They are tracked by `ImmJpda`, which finds them by itself.
+//! All lessons share one world: the two targets of scenario `kashyap-a`, of whose plots one in eleven is missing, so P_D is 0.9 and the
+//! density of clutter 9e-6 /m². They are tracked by `ImmJpda`, which finds them by itself.
 
 mod curve;
 mod lesson;

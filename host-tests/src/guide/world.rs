@@ -21,7 +21,7 @@ use nalgebra::SVector;
 use rand::RngExt;
 
 /// Plots that are left.
-const LEFT: f64 = 0.8;
+const LEFT: f64 = 0.91;
 /// Farther from a target a track is none of it \[m\].
 const CUTOFF: f64 = 100.0;
 /// The first scan of the stage is the scenario's third.
