@@ -1,10 +1,11 @@
-//! The command line: `list`, `run`, `replay`, `replay-log`, `soak`, `solve`, `twin`, `budget`, `compare`, `guide`.
+//! The command line: `list`, `run`, `replay`, `replay-log`, `telemetry`, `soak`, `solve`, `twin`, `budget`, `compare`, `guide`.
 //!
 //! ```text
 //! host-tests list
 //! host-tests run SCENARIO [--runs N] [--seed BASE] [--filters "A,B"] [--precision f32|f64] [--out DIR] [--json FILE]
 //! host-tests replay PLOTS [--config FILE.toml] [--precision f32|f64] [--out DIR] [--json FILE]
 //! host-tests replay-log FILE
+//! host-tests telemetry FILE
 //! host-tests soak [--scans N] [--seed BASE]
 //! host-tests solve IN.json OUT.json [--precision f32|f64]
 //! host-tests twin [--check]                                (from the repository root)
@@ -15,7 +16,7 @@
 //!
 //! Exit status 0: done; 1: a check failed; 2: bad usage or input, told in one line.
 
-use crate::{Failure, Precision, budget, compare, guide, output, replay, replay_log, scenario, soak, solve, twin};
+use crate::{Failure, Precision, budget, compare, guide, output, replay, replay_log, scenario, soak, solve, telemetry, twin};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -76,6 +77,11 @@ enum Command {
     /// Replay a log that a target has written, to the same bits, beside double precision
     ReplayLog {
         /// The log
+        file: PathBuf,
+    },
+    /// Print what a target has told of itself at work
+    Telemetry {
+        /// The records, one behind the other
         file: PathBuf,
     },
     /// Let the ready trackers live long, under faults of all kinds
@@ -153,6 +159,7 @@ pub fn execute<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>
         }
         Command::Replay { plots, config, precision, out, json } => replay::run(&replay::Request { plots, config, precision, out, json }),
         Command::ReplayLog { file } => replay_log::run(&file),
+        Command::Telemetry { file } => telemetry::run(&file),
         Command::Soak { scans, seed } => soak::run(scans, seed),
         Command::Twin { check } => twin::run(&PathBuf::from("."), check),
         Command::Budget { check, only } => budget::run(&PathBuf::from("."), &budget::Request { check, only }),

@@ -2,11 +2,12 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`cli`] | the commands `list`, `run`, `replay`, `replay-log`, `soak`, `solve`, `twin`, `budget`, `compare`, `guide` |
+//! | [`cli`] | the commands `list`, `run`, `replay`, `replay-log`, `telemetry`, `soak`, `solve`, `twin`, `budget`, `compare`, `guide` |
 //! | [`scenario`] | the table of published scenarios; each compares named filters by Monte Carlo |
 //! | [`solve`] | reference cases: reads a case file, fills in what the library computes |
 //! | [`replay`] | recorded plots: readers, sensor description, summary and picture |
 //! | [`replay_log`] | logs that targets have written, done again to the same bits |
+//! | [`telemetry`] | records of a target at work, in words |
 //! | [`soak`] | trackers that live long, under faults |
 //! | [`budget`] | what trackers and kernels cost on the target, and the bounds of that |
 //! | [`mod@twin`] | the data of the firmware example and the bits expected of it |
@@ -37,6 +38,7 @@ pub mod scenario;
 pub mod soak;
 pub mod solve;
 pub mod statistics;
+pub mod telemetry;
 pub mod twin;
 
 pub use error::Failure;
