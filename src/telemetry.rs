@@ -169,18 +169,32 @@ impl<const TRACKS: usize> Telemetry<TRACKS> {
 /// What has generic parts is checked here: a derived format holds only where those of its parts do.
 #[cfg(feature = "defmt")]
 const _: () = {
-    use crate::{gaussian, initiation, log, model, scan, sensor, symmetric};
+    use crate::{coupled, fusion, gaussian, glmb, initiation, log, mode, model, scan, sensor, symmetric, tracker};
     const fn formats<F: defmt::Format>() {}
     formats::<Telemetry<1>>();
+    formats::<coupled::Candidate<f32>>();
+    formats::<coupled::NoCross>();
+    formats::<coupled::Odds<f32>>();
+    formats::<fusion::FusedTrack<f32, 4, 2, 2>>();
+    formats::<fusion::TrackMessage<f32, 4, 2>>();
     formats::<gaussian::Gaussian<f32, 4>>();
+    formats::<glmb::Gibbs<9>>();
+    formats::<glmb::Ranked<9, 9>>();
+    formats::<glmb::Region<f32, 4, 2>>();
     formats::<initiation::Initiation<f32, 4>>();
+    formats::<log::Recorder<4, 2, 2, 8, 8>>();
     formats::<log::Seen<4, 2>>();
+    formats::<mode::Adaptation<f32, 7>>();
+    formats::<mode::LikelyModes<f32, 7>>();
+    formats::<model::resolution::Resolution<f32, 2>>();
     formats::<model::Fix<f32>>();
     formats::<scan::Detection<f32, 2>>();
     formats::<scan::Estimate<f32, 4>>();
     formats::<scan::Scan<'_, f32, 2>>();
     formats::<sensor::UniformSensor<model::radar::Radar<f32, 2, 2, 2>, f32>>();
+    formats::<sensor::Unresolving<sensor::UniformSensor<model::radar::Radar<f32, 2, 2, 2>, f32>, f32, 2>>();
     formats::<symmetric::Symmetric<f32, 4>>();
+    formats::<tracker::LabelledEstimate<f32, 4, 2>>();
 };
 
 #[cfg(test)]

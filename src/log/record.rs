@@ -17,6 +17,7 @@ const HEAD: usize = 28;
 
 /// Writes the log of one tracker with one sensor.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Recorder<const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, const DETS: usize> {
     scans: u32,
 }

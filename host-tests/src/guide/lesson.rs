@@ -61,9 +61,9 @@ fn order(figures: &[Figures], of: impl Fn(&Figures) -> f64) -> [f64; 3] {
 }
 
 const NOISE: [Setting; 3] = [
-    Setting { label: "0.01 (m/s²)²", noise: Some(0.01), ..RIGHT },
-    Setting { label: "**30 (m/s²)²**", noise: Some(30.0), ..RIGHT },
-    Setting { label: "3000 (m/s²)²", noise: Some(3000.0), ..RIGHT },
+    Setting { label: "0.1 (m/s²)²", noise: Some(0.1), ..RIGHT },
+    Setting { label: "**10 (m/s²)²**", noise: Some(10.0), ..RIGHT },
+    Setting { label: "300 (m/s²)²", noise: Some(300.0), ..RIGHT },
 ];
 
 /// All lessons, in the order of the guide.
@@ -78,7 +78,7 @@ pub const LESSONS: [Lesson; 7] = [
         holds: |figures| {
             let [small, right, large] = order(figures, |f| f.without);
             let error = order(figures, |f| f.quiet);
-            small > 2.0 * right && large >= right && error[2] > 1.1 * error[1]
+            small > 2.0 * right && large > 2.0 * right && error[2] > 2.0 * error[1]
         },
     },
     Lesson {
@@ -90,7 +90,7 @@ pub const LESSONS: [Lesson; 7] = [
         settings: NOISE,
         holds: |figures| {
             let [small, right, large] = order(figures, |f| f.nees);
-            small > 2.0 * right && large < right
+            small > 1.5 * right && large < 0.7 * right
         },
     },
     Lesson {
@@ -164,8 +164,8 @@ pub const LESSONS: [Lesson; 7] = [
         shown: Shown::False,
         map: false,
         settings: [
-            Setting { label: "2 of 3, 8", life: Some([2, 3, 8]), ..RIGHT },
-            Setting { label: "**5 of 7, 5**", life: Some([5, 7, 5]), ..RIGHT },
+            Setting { label: "2 of 3, 3", life: Some([2, 3, 3]), ..RIGHT },
+            Setting { label: "**5 of 5, 5**", life: Some([5, 5, 5]), ..RIGHT },
             Setting { label: "8 of 8, 2", life: Some([8, 8, 2]), ..RIGHT },
         ],
         holds: |figures| {
