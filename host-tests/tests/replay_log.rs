@@ -119,6 +119,21 @@ fn plot() -> impl Strategy<Value = Detection<f32, 3>> {
     })
 }
 
+#[test]
+fn a_record_that_contradicts_itself_is_refused() {
+    let log = log();
+    let of = |scan: usize, at: usize, byte: u8| {
+        let mut record = log[records(&log)[scan].clone()].to_vec();
+        record[at] = byte;
+        let (body, checksum) = record.split_at_mut(record.len() - 4);
+        checksum.copy_from_slice(&crc(body));
+        Demo::decode(&record).map(|_| ()).err()
+    };
+    // Neither taken in nor refused; refused, and yet with detections; of another number of detections than there are.
+    let count = Demo::decode(&log[records(&log)[5].clone()]).unwrap().0.plots.as_slice().len() as u8;
+    assert_eq!([of(5, 3, 2), of(5, 3, 1), of(5, 16, count + 1), of(5, 16, count)], [Some(LogError::Content), Some(LogError::Content), Some(LogError::Content), None]);
+}
+
 /// A radar that moves: its tracker gets other numbers while it lives, and the log another header.
 #[test]
 fn a_log_goes_on_with_other_numbers() {

@@ -44,6 +44,7 @@ impl<const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, 
     /// # Errors
     /// Where there is no room.
     pub fn header(&self, kind: [u8; 4], numbers: &[u32], out: &mut [u8]) -> Result<usize, LogError> {
+        const { assert!(Self::MOST > 0) }
         Header::encode([NX as u8, MODES as u8, NZ as u8], [TRACKS as u16, DETS as u16], kind, numbers, out)
     }
 
@@ -128,13 +129,19 @@ impl<const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, 
         }
         let mut reader = Reader(record.get(3..record.len().saturating_sub(CHECKSUM)).unwrap_or_default());
         let mut read = || {
-            let (refused, number, time) = (reader.byte()? != 0, reader.word()?, Instant::from_micros(reader.wide()?));
+            let refused = match reader.byte()? {
+                0 => false,
+                1 => true,
+                _ => return None,
+            };
+            let (number, time) = (reader.word()?, Instant::from_micros(reader.wide()?));
             let (detections, tracks, dropped, _) = (reader.half()?, reader.half()?, reader.half()?, reader.half()?);
             let mut record =
                 Self { number, time, refused, plots: Plots::new(), dropped, digest: reader.word()?, tracks: heapless::Vec::new() };
             (0..detections).try_for_each(|_| read_detection(&mut reader).map(|plot| record.plots.push(plot)))?;
             (0..tracks).try_for_each(|_| record.tracks.push(Seen::read(&mut reader)?).ok())?;
-            (reader.0.is_empty() && record.plots.dropped() == 0).then_some(record)
+            let told = !refused || detections == 0;
+            (told && reader.0.is_empty() && record.plots.dropped() == 0).then_some(record)
         };
         Ok((read().ok_or(LogError::Content)?, rest))
     }
