@@ -10,7 +10,7 @@
 //! host-tests solve IN.json OUT.json [--precision f32|f64]
 //! host-tests twin [--check]                                (from the repository root)
 //! host-tests budget [--check] [--only NAME]                (from the repository root)
-//! host-tests compare [--check] [--runs N] [--seed BASE] [--json FILE]   (from the repository root)
+//! host-tests compare [--check | --refresh] [--runs N] [--seed BASE] [--json FILE]   (from the repository root)
 //! host-tests guide [--runs N]                              (from the repository root)
 //! ```
 //!
@@ -111,8 +111,11 @@ enum Command {
     /// Run every tracker on the same scenarios and write the page WHICH-TRACKER.md
     Compare {
         /// Only check that the page is that of its record and of the budget, and that the first run comes out as recorded
-        #[arg(long, conflicts_with_all = ["runs", "seed", "json"])]
+        #[arg(long, conflicts_with_all = ["refresh", "runs", "seed", "json"])]
         check: bool,
+        /// Only make the page anew from its record and the budget
+        #[arg(long, conflicts_with_all = ["runs", "seed", "json"])]
+        refresh: bool,
         /// Number of runs of each scenario
         #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
         runs: u64,
@@ -164,7 +167,8 @@ pub fn execute<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>
         Command::Twin { check } => twin::run(&PathBuf::from("."), check),
         Command::Budget { check, only } => budget::run(&PathBuf::from("."), &budget::Request { check, only }),
         Command::Compare { check: true, .. } => compare::check(&PathBuf::from(".")),
-        Command::Compare { check: false, runs, seed, json } => compare::run(&PathBuf::from("."), &compare::Request { runs, seed, json }),
+        Command::Compare { refresh: true, .. } => compare::refresh(&PathBuf::from(".")),
+        Command::Compare { runs, seed, json, .. } => compare::run(&PathBuf::from("."), &compare::Request { runs, seed, json }),
         Command::Guide { runs } => guide::run(&PathBuf::from("."), runs),
         Command::Solve { input, output, precision } => solve::run(&input, &output, precision),
     }

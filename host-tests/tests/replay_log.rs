@@ -131,7 +131,10 @@ fn a_record_that_contradicts_itself_is_refused() {
     };
     // Neither taken in nor refused; refused, and yet with detections; of another number of detections than there are.
     let count = Demo::decode(&log[records(&log)[5].clone()]).unwrap().0.plots.as_slice().len() as u8;
-    assert_eq!([of(5, 3, 2), of(5, 3, 1), of(5, 16, count + 1), of(5, 16, count)], [Some(LogError::Content), Some(LogError::Content), Some(LogError::Content), None]);
+    assert_eq!(
+        [of(5, 3, 2), of(5, 3, 1), of(5, 16, count + 1), of(5, 16, count)],
+        [Some(LogError::Content), Some(LogError::Content), Some(LogError::Content), None]
+    );
 }
 
 /// A radar that moves: its tracker gets other numbers while it lives, and the log another header.
@@ -141,7 +144,8 @@ fn a_log_goes_on_with_other_numbers() {
     let (mut state, mut recorder, mut out) = (Box::new(State::<f32, 4>::new()), Log::new(), vec![0; Log::MOST]);
     let (mut whole, mut silent) = (Vec::new(), Vec::new());
     for leg in 0..3u8 {
-        let parameters = Parameters { position: [40.0 * f32::from(leg), 0.0, 0.0], p_detect: 0.9 - 0.1 * f32::from(leg), ..Parameters::turning() };
+        let parameters =
+            Parameters { position: [40.0 * f32::from(leg), 0.0, 0.0], p_detect: 0.9 - 0.1 * f32::from(leg), ..Parameters::turning() };
         let (tracker, sensor): (_, Sensor<f32, 2, 2>) = (parameters.turning_tracker::<f32>().unwrap(), parameters.sensor().unwrap());
         let length = recorder.header(TURNING, &parameters.words(), &mut out).unwrap();
         whole.extend_from_slice(&out[..length]);

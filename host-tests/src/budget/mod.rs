@@ -22,7 +22,7 @@ pub(crate) mod labelled;
 mod likely;
 pub(crate) mod table;
 
-use crate::{Failure, output};
+use crate::{Failure, compare, output};
 use configuration::{COUPLED, FUSION, KERNELS, PIECES, Tracker, trackers};
 use count::{Board, Call};
 use figures::{Figures, Fusion, Kernel, Load, Record};
@@ -65,7 +65,9 @@ pub fn run(root: &Path, request: &Request) -> Result<(), Failure> {
         output::print(&notes)
     } else if request.only.is_none() {
         table::publish(&root.join(README), &record)?;
-        record.write(&root.join(RECORD))
+        record.write(&root.join(RECORD))?;
+        // Another page shows some of these figures.
+        compare::refresh(root)
     } else {
         output::print("only some trackers: nothing published\n")
     }

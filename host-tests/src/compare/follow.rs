@@ -174,8 +174,8 @@ where
     for cue in &stage.cues {
         start(tracker, &mut state, *cue, stage.cued_at).ok_or(Fault::Start)?;
     }
-    let step = |state: &mut Box<K::State>, dwell: &Dwell<S>| tracker.step(state, &dwell.sensor, &Scan::new(dwell.time, &dwell.plots));
-    let seen = |state: &Box<K::State>| {
+    let step = |state: &mut K::State, dwell: &Dwell<S>| tracker.step(state, &dwell.sensor, &Scan::new(dwell.time, &dwell.plots));
+    let seen = |state: &K::State| {
         let confirmed = tracker.estimates(state).filter(|estimate| estimate.status != Status::Tentative);
         confirmed.map(|estimate| Seen::new::<M, NX, MODES>(estimate.id.number().into(), &estimate.state)).collect()
     };
@@ -192,8 +192,8 @@ where
     let mut state = Box::new(Pair::new());
     let [first, second] = stage.cues.as_slice() else { return Err(Fault::Start) };
     filter.start(&mut state, [*first, *second], stage.cued_at).ok_or(Fault::Start)?;
-    let step = |state: &mut Box<Pair<NX, MODES>>, dwell: &Dwell<S>| filter.step(state, &dwell.sensor, &Scan::new(dwell.time, &dwell.plots));
-    let seen = |state: &Box<Pair<NX, MODES>>| {
+    let step = |state: &mut Pair<NX, MODES>, dwell: &Dwell<S>| filter.step(state, &dwell.sensor, &Scan::new(dwell.time, &dwell.plots));
+    let seen = |state: &Pair<NX, MODES>| {
         state.estimates().map(|estimate| Seen::new::<M, NX, MODES>(estimate.id.number().into(), &estimate.state)).collect()
     };
     by_time(stage, state, step, seen)
@@ -209,9 +209,8 @@ where
     let with = |tracker: JmsGlmb<_, _, _, NX, MODES, 4>, place| tracker.with_region(Region::new(stage.birth, place, stage.initial)?);
     let tracker = stage.regions.iter().copied().try_fold(tracker, with)?;
     let state = Box::new(Sets::<NX, MODES>::new());
-    let step =
-        |state: &mut Box<Sets<NX, MODES>>, dwell: &Dwell<S>| tracker.step(state, &dwell.sensor, &Scan::new(dwell.time, &dwell.plots));
-    let seen = |state: &Box<Sets<NX, MODES>>| {
+    let step = |state: &mut Sets<NX, MODES>, dwell: &Dwell<S>| tracker.step(state, &dwell.sensor, &Scan::new(dwell.time, &dwell.plots));
+    let seen = |state: &Sets<NX, MODES>| {
         let label = |label: boresight::glmb::Label| u64::from(label.birth_scan) << 16 | u64::from(label.index);
         state.estimates().map(|estimate| Seen::new::<M, NX, MODES>(label(estimate.label), &estimate.state)).collect()
     };
@@ -221,7 +220,7 @@ where
 /// All scans, and what is seen after those of one time.
 fn by_time<M, S, X, const NX: usize, const MODES: usize>(
     stage: &Stage<M, S, NX, MODES>,
-    mut state: X,
+    mut state: Box<X>,
     step: impl Fn(&mut X, &Dwell<S>) -> Result<Report, ScanError>,
     seen: impl Fn(&X) -> Vec<Seen>,
 ) -> Result<Vec<Vec<Seen>>, Fault> {

@@ -44,6 +44,9 @@ pub struct Request {
     pub json: Option<PathBuf>,
 }
 
+/// The scores of some trackers on the data of a run, by a cut-off.
+type Scores = fn(&mut Streams, &[Which], f64) -> Result<Vec<Score>, Failure>;
+
 /// One of the scenarios.
 struct Scene {
     name: &'static str,
@@ -51,8 +54,7 @@ struct Scene {
     about: &'static str,
     /// Of pairs, OSPA and GOSPA \[m\]
     cutoff: f64,
-    /// The scores of some trackers on the data of a run
-    run: fn(&mut Streams, &[Which], f64) -> Result<Vec<Score>, Failure>,
+    run: Scores,
     /// Bytes that a tracker of these states and modes remembers
     ram: fn(Which) -> usize,
 }
@@ -221,6 +223,15 @@ pub fn run(root: &Path, request: &Request) -> Result<(), Failure> {
             output::write_json(&root.join(RECORD), &record)
         }
     }
+}
+
+/// Makes the page anew from its record and the published budget, without any run.
+///
+/// # Errors
+/// Where a file cannot be read or written.
+pub fn refresh(root: &Path) -> Result<(), Failure> {
+    let costs = budget::figures::Record::read(&root.join(budget::RECORD))?;
+    page::publish(&root.join(PAGE), &Record::read(&root.join(RECORD))?, &costs)
 }
 
 /// Whether the page is that of its record and of the published budget, and the first run comes out as recorded.

@@ -108,7 +108,7 @@ pub fn check(page: &Path, record: &Record, costs: &Costs) -> Result<(), Failure>
     let text = output::read_text(page)?;
     match with_table(&text, record, costs, page)? == text {
         true => Ok(()),
-        false => Err(Failure::check("not the table of compare.json and budget.toml; run `compare`").in_file(page)),
+        false => Err(Failure::check("not the table of compare.json and budget.toml; run `compare --refresh`").in_file(page)),
     }
 }
 

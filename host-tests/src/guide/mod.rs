@@ -30,13 +30,16 @@ const PICTURES: &str = "host-tests/pictures";
 /// Runs all lessons, `runs` runs of every setting from the base seed 0, and writes text and pictures.
 ///
 /// # Errors
-/// Where a file cannot be read or written, or has no marks.
+/// Where a file cannot be read or written, or has no marks, or where the figures contradict the text.
 pub fn run(root: &Path, runs: u64) -> Result<(), Failure> {
     let guide = root.join(GUIDE);
     let mut text = output::read_text(&guide)?;
     for lesson in &LESSONS {
         let (figures, first) = teach(lesson, runs, 0)?;
         let table = table(lesson, &figures, runs);
+        if !(lesson.holds)(&figures) {
+            return Err(Failure::check("the figures are not what the guide says of them").within(lesson.name));
+        }
         output::print(&format!("{}\n{table}\n", lesson.name))?;
         text = between(&text, lesson.name, &table).ok_or_else(|| {
             let reason = format!("has no marks for the lesson \"{}\"", lesson.name);
@@ -94,15 +97,13 @@ fn over_time(lesson: &Lesson, figures: &[Figures]) -> Chart {
     }
 }
 
-/// The first run, on a map.
+/// The first manoeuvre of the first run, on a map.
 fn map(lesson: &Lesson, first: &[Watched]) -> Chart {
-    let mut chart = Chart::map(format!("{}, first run", lesson.title), "x [m]", "y [m]");
+    let mut chart = Chart::map(format!("{}: the first manoeuvre", lesson.title), "x [m]", "y [m]");
     let Some(world) = first.first() else { return chart };
-    for path in &world.paths {
-        chart = chart.with(Series::truth("truth", path.clone()));
-    }
+    chart = chart.with(Series::truth("truth", world.turn()));
     for (number, (setting, watched)) in lesson.settings.iter().zip(first).enumerate() {
-        chart = chart.with(Series::curve(setting.label.replace('*', ""), watched.tracks()).coloured(number));
+        chart = chart.with(Series::track(setting.label.replace('*', ""), watched.tracks()).coloured(number));
     }
     chart
 }

@@ -19,11 +19,15 @@ use boresight::time::Duration;
 use boresight::track::{Existence, Logic};
 use nalgebra::SVector;
 use rand::RngExt;
+use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// Plots that are left.
 const LEFT: f64 = 0.91;
 /// Farther from a target a track is none of it \[m\].
 const CUTOFF: f64 = 100.0;
+/// What the map shows of a run.
+const TURN: Range<usize> = 20..42;
 /// The first scan of the stage is the scenario's third.
 const FIRST: usize = 2;
 
@@ -51,15 +55,20 @@ pub struct Watched {
 }
 
 impl Watched {
-    /// All tracks as one line with gaps.
+    /// The first target's path through its first manoeuvre.
+    pub fn turn(&self) -> Vec<[f64; 2]> {
+        self.paths.first().into_iter().flatten().skip(TURN.start).take(TURN.len()).copied().collect()
+    }
+
+    /// The tracks about it, as one line with gaps.
     pub fn tracks(&self) -> Vec<[f64; 2]> {
-        let labels: std::collections::BTreeSet<u64> = self.seen.iter().flatten().map(|seen| seen.label).collect();
-        let of = |label: u64| {
-            let points =
-                self.seen.iter().flatten().filter(move |seen| seen.label == label).map(|seen| [seen.position[0], seen.position[1]]);
-            points.chain([[f64::NAN; 2]])
-        };
-        labels.into_iter().flat_map(of).collect()
+        let near = |seen: &Seen, at: &[f64; 2]| (seen.position[0] - at[0]).hypot(seen.position[1] - at[1]) < 4.0 * CUTOFF;
+        let turn = self.turn();
+        let scans = self.seen.iter().skip(TURN.start).zip(&turn);
+        let seen: Vec<&Seen> = scans.flat_map(|(seen, at)| seen.iter().filter(move |seen| near(seen, at))).collect();
+        let labels: BTreeSet<u64> = seen.iter().map(|seen| seen.label).collect();
+        let of = |label: u64| seen.iter().filter(move |seen| seen.label == label).map(|seen| [seen.position[0], seen.position[1]]);
+        labels.into_iter().flat_map(|label| of(label).chain([[f64::NAN; 2]])).collect()
     }
 }
 

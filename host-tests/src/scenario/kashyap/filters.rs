@@ -113,8 +113,11 @@ fn tracks<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
 /// Straight on, gently and hard.
 pub(crate) type Three<T> = (ConstantVelocity<T, 2, 3>, ConstantAcceleration<T, 2>, ConstantAcceleration<T, 2>);
 
-/// The three models with our constants: modes, jumps and probabilities of a new track.
-pub(crate) fn three_models<T: Scalar>() -> Result<(Three<T>, JumpMatrix<f64, 3>, [f64; 3]), ConfigError> {
+/// Modes, jumps, and the probabilities of a new track.
+pub(crate) type Switching<T> = (Three<T>, JumpMatrix<f64, 3>, [f64; 3]);
+
+/// The three models with our constants.
+pub(crate) fn three_models<T: Scalar>() -> Result<Switching<T>, ConfigError> {
     let [quiet, gentle, hard] = [0.1, 1.0, 120.0].map(|variance| ProcessNoise::Discrete(T::lit(variance)));
     let modes = (ConstantVelocity::new(quiet)?, ConstantAcceleration::new(gentle)?, ConstantAcceleration::new(hard)?);
     Ok((modes, [[0.95, 0.0, 0.05], [0.05, 0.93, 0.02], [0.02, 0.2, 0.78]], [0.9, 0.05, 0.05]))
