@@ -1,5 +1,7 @@
 //! Work against the formulas of the worst case, in a build that counts; and the cycles published against what the work amounts to.
 
+#[path = "../support/counting.rs"]
+mod counting;
 mod fusion;
 mod trackers;
 
