@@ -18,9 +18,8 @@ use boresight::model::turn::UnknownTurn;
 use boresight::model::unscented::Unscented;
 use boresight::scan::Detection;
 use boresight::sensor::UniformSensor;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
+use firmware_example::exit;
 use nalgebra::SVector;
 use twin::pieces::{self, DETS, DT, Joint, MODES, Matrix, Models, NODES, Radar2, Radar3, Radar4, Scored, TRACKS, data};
 
@@ -140,14 +139,4 @@ fn gates(models: &Models, scored: &mut Scored) -> bool {
     polar && plane
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();
