@@ -105,7 +105,8 @@ mod tests {
             let report = tracker.step(&mut state, &sensor, &Scan::new(time, &plots)).unwrap();
             let record = Telemetry::<{ radar::TRACKS }>::new(time, k as u32, report, Layout { axes: 2, stride: 3 }, state.estimates());
             let mut bytes = vec![0; Telemetry::<{ radar::TRACKS }>::SIZE];
-            bytes.truncate(record.encode(&mut bytes).unwrap());
+            let length = record.encode(&mut bytes).unwrap();
+            bytes.truncate(length);
             bytes
         };
         (0..SCANS.len()).map(scan).collect()

@@ -265,6 +265,12 @@ impl Identities {
         Self { last: 0 }
     }
 
+    /// As if `last` had been given out.
+    #[cfg(test)]
+    pub const fn after(last: u32) -> Self {
+        Self { last }
+    }
+
     /// The number given out last.
     pub const fn last(&self) -> u32 {
         self.last
@@ -310,7 +316,7 @@ mod tests {
 
     #[test]
     fn identities_are_never_given_twice() {
-        let mut ids = Identities { last: u32::MAX - 1 };
+        let mut ids = Identities::after(u32::MAX - 1);
         assert_eq!(ids.next().map(TrackId::number), Some(u32::MAX));
         assert_eq!(ids.next(), None);
         assert_eq!(ids.next(), None);

@@ -90,3 +90,5 @@ fn track_by_turns(state: &mut LikelyState) -> Result<usize, twin::Fault> {
     );
     Ok(confirmed)
 }
+
+firmware_example::reporting!();

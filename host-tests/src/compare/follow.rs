@@ -1,9 +1,10 @@
 //! Every tracker on any stage, with the same room: what it says of the targets after every scan.
 
 use super::stage::{Dwell, Stage};
+use crate::scenario::filter::Fault;
 use boresight::association::{Associator, Gnn, Jpda, MergingJpda};
 use boresight::coupled::Cross;
-use boresight::error::{ConfigError, ScanError};
+use boresight::error::ScanError;
 use boresight::gaussian::Gaussian;
 use boresight::glmb::{Mixture, Ranked, Region};
 use boresight::mode::{LikelyModes, ModeSet};
@@ -69,23 +70,6 @@ impl Seen {
         let position = std::array::from_fn(|axis| g.mean.get(at(axis)).filter(|_| axis < axes.end).map_or(0.0, |x| f64::from(*x)));
         Self { label, position, cov: axes.clone().flat_map(|a| axes.clone().map(move |b| (a, b))).map(entry).collect() }
     }
-}
-
-/// What can go wrong besides the data: nothing, unless the constants here are.
-#[derive(Debug, thiserror::Error)]
-pub enum Fault {
-    /// Numbers that are none
-    #[error("{0}")]
-    Config(#[from] ConfigError),
-    /// A scan that is none
-    #[error("{0}")]
-    Scan(#[from] ScanError),
-    /// A cue that was not taken
-    #[error("a track could not be started")]
-    Start,
-    /// More plots than there is room for
-    #[error("detections were dropped: {0:?}")]
-    Dropped(Report),
 }
 
 /// Room for tracks, plots and nodes; more than any stage needs.

@@ -110,7 +110,7 @@ where
     S: Sensor<f32, NX, 2>,
 {
     let score = |which: &Which| {
-        let seen = follow::follow(*which, stage).map_err(|fault| Failure::input(fault).within(which.name()))?;
+        let seen = follow::follow(*which, stage).map_err(|fault| fault.of(which.name()))?;
         Ok(Score::new(&stage.truth, &seen, cutoff))
     };
     which.iter().map(score).collect()

@@ -14,6 +14,7 @@
 use crate::Failure;
 use crate::metrics::Labelled;
 use crate::monte_carlo::Streams;
+use crate::scenario::filter::{detections, jump};
 use crate::scenario::{gomes, jeong_tugnait, jms_glmb, kashyap};
 use boresight::association::Gate;
 use boresight::error::ConfigError;
@@ -87,7 +88,7 @@ type Turns = [KnownTurn<f32, 2>; gomes::filters::MODES];
 pub fn kashyap_a(streams: &mut Streams) -> Result<Stage<kashyap::filters::Three<f32>, Plane<3>, 6, 3>, Failure> {
     let data = kashyap::data::draw(streams);
     let make = || -> Result<_, ConfigError> {
-        let (modes, jump, initial) = kashyap::filters::three_models::<f32>()?;
+        let (modes, jumps, initial) = kashyap::filters::three_models::<f32>()?;
         let variance = (kashyap::data::SIGMA * kashyap::data::SIGMA) as f32;
         let model = Position::new(Symmetric::from_diagonal([variance; 2]))?;
         let clutter = Clutter::Poisson(kashyap::data::CLUTTER_DENSITY as f32);
@@ -95,7 +96,7 @@ pub fn kashyap_a(streams: &mut Streams) -> Result<Stage<kashyap::filters::Three<
         let cues: Vec<_> = data.start.iter().map(|start| kashyap::filters::two_points(start, variance)).collect();
         let scans = data.plots.iter().enumerate().skip(2).map(|(k, plots)| vec![dwell(k as u64 * 1000, sensor, plots)]).collect();
         let truth = (2..kashyap::data::SCANS).map(|k| numbered(data.truth.iter().map(|path| [path[k][0], path[k][1], 0.0]))).collect();
-        cued(modes, jump.map(|row| row.map(|p| p as f32)), initial.map(|p| p as f32), cues, 1000, scans, truth)
+        cued(modes, jump(jumps), initial.map(|p| p as f32), cues, 1000, scans, truth)
     };
     make().map_err(Failure::input)
 }
@@ -137,7 +138,7 @@ pub fn jeong_tugnait(streams: &mut Streams) -> Result<Stage<jeong_tugnait::filte
         };
         let truth = (1..=data::SCANS).map(|k| numbered(drawn.truth.iter().map(|path| path[k]))).collect();
         let scans = filters::scans(&drawn).map(at_once).collect();
-        cued(filters::modes()?, filters::jump(), filters::initial(), filters::start(&drawn).into(), 0, scans, truth)
+        cued(filters::modes()?, jump(filters::JUMP), filters::INITIAL.map(|p| p as f32), filters::start(&drawn).into(), 0, scans, truth)
     };
     make().map_err(Failure::input)
 }
@@ -204,8 +205,7 @@ fn cued<M: ModeSet<f32, NX, MODES>, S, const NX: usize, const MODES: usize>(
 }
 
 fn dwell<S>(millis: u64, sensor: S, plots: &[[f64; 2]]) -> Dwell<S> {
-    let plots = plots.iter().map(|plot| Detection::new(plot.map(|v| v as f32))).collect();
-    Dwell { time: Instant::from_millis(millis), sensor, plots }
+    Dwell { time: Instant::from_millis(millis), sensor, plots: detections(plots) }
 }
 
 fn numbered(positions: impl Iterator<Item = [f64; 3]>) -> Truth {

@@ -6,6 +6,7 @@ use crate::compare::follow::{self, Seen};
 use crate::compare::stage::{self, Plane, Stage, Truth};
 use crate::metrics::{match_points, nees};
 use crate::monte_carlo::Streams;
+use crate::scenario::filter::Fault;
 use crate::scenario::kashyap::data::{Phase, SIGMA, phase};
 use boresight::association::{Gate, Jpda};
 use boresight::error::ConfigError;
@@ -82,10 +83,10 @@ pub fn watch(setting: &Setting, streams: &mut Streams) -> Result<Watched, Failur
     let seen = match setting.noise {
         None => follow::joint(&stage, Jpda::<{ follow::NODES }>::new()),
         Some(variance) => one_model(stage.clone(), variance)
-            .map_err(follow::Fault::from)
+            .map_err(Fault::from)
             .and_then(|stage| follow::joint(&stage, Jpda::<{ follow::NODES }>::new())),
     };
-    let seen = seen.map_err(|fault| Failure::input(fault).within(setting.label))?;
+    let seen = seen.map_err(|fault| fault.of(setting.label))?;
     let mut watched = Watched { paths: paths(&stage.truth), ..Watched::default() };
     for (k, (truth, seen)) in stage.truth.iter().zip(&seen).enumerate() {
         let (looks, false_tracks) = compare(k + FIRST, truth, seen);
