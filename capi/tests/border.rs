@@ -226,8 +226,9 @@ fn record(tracker: *mut Tracker) -> Result<Vec<u8>, Status> {
     }
 }
 
-/// The desk replays what Rust writes; so it replays what C writes, if the bytes are the same.
+/// The desk replays what Rust writes; so it replays what C writes, if the bytes are the same. All 62 scans are too much for Miri.
 #[test]
+#[cfg_attr(miri, ignore)]
 fn a_log_written_by_c_is_that_of_rust() {
     let mut there = Vec::new();
     twin::record::run(&mut twin::record::Memory::new(), &mut [0; twin::record::MOST], |part| there.push(part.to_vec())).unwrap();
@@ -244,7 +245,7 @@ fn a_log_written_by_c_is_that_of_rust() {
         assert_eq!(record(tracker), Err(Status::NoScan));
         status
     };
-    for (k, plots) in SCANS.iter().enumerate().take(MOST_SCANS) {
+    for (k, plots) in SCANS.iter().enumerate() {
         let now = k as u64 * PERIOD_US;
         assert_eq!(offer(now, plots), Status::Ok);
         match k {
@@ -253,7 +254,7 @@ fn a_log_written_by_c_is_that_of_rust() {
             _ => {}
         }
     }
-    assert!(cfg!(miri) || there.next().is_none());
+    assert!(there.next().is_none());
 }
 
 #[test]
