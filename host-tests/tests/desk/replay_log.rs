@@ -125,7 +125,8 @@ fn a_record_that_contradicts_itself_is_refused() {
     let of = |scan: usize, at: usize, byte: u8| {
         let mut record = log[records(&log)[scan].clone()].to_vec();
         record[at] = byte;
-        let (body, checksum) = record.split_at_mut(record.len() - 4);
+        let end = record.len() - 4;
+        let (body, checksum) = record.split_at_mut(end);
         checksum.copy_from_slice(&crc(body));
         Demo::decode(&record).map(|_| ()).err()
     };
