@@ -319,15 +319,19 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         best.0
     }
 
-    /// Whether all densities are sound: finite, variances not negative, and nothing so large (1e15 in a mean, 1e30 in a
-    /// variance) that combining the modes could overflow single precision.
+    /// Whether all densities are sound: finite, variances not negative, and nothing so large (1e15 for the means of a mode together,
+    /// 1e30 for its variances) that combining the modes could overflow single precision.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let limit = T::lit(1e15);
         self.prob.iter().all(|p| p.is_finite())
             && self.modes.iter().all(|g| {
-                let bounded = g.cov.upper().iter().enumerate().all(|(i, row)| row[i] <= limit * limit);
-                bounded && g.cov.has_valid_variances() && g.mean.iter().all(|v| v.abs() <= limit)
+                let (mut size, mut spread) = (T::ZERO, T::ZERO);
+                for k in 0..NX {
+                    size += g.mean.data.0[0][k].abs();
+                    spread += g.cov.upper()[k][k];
+                }
+                size <= limit && spread <= limit * limit && g.cov.has_valid_variances()
             })
     }
 }
