@@ -11,7 +11,8 @@
 //! Both sums of all modes are taken about the mean of the first mode, d_i = x_i − x_1: with N_i = P_i − P_1 + d_i d_i' shared by
 //! all targets of the mixing, P⁰_j = P_1 + Σ_i μ_i|j N_i − d̄_j d̄_j'. The terms have the size of the distances
 //! between modes, which one interaction every scan keeps at about one gate, so that nothing of weight cancels; raw
-//! second moments, of the size of the coordinates, would lose the covariance in single precision.
+//! second moments, of the size of the coordinates, would lose the covariance in single precision. Up to four modes all sums of
+//! one entry stay in registers; more modes, and a variable structure, are mixed by way of [`Deviations`].
 //!
 //! # Variable structure
 //! A bank may hold some of its modes only (VS-IMM; Li and Bar-Shalom, *IEEE Trans. AC* 41(4), 1996). Into the set `to`, from
