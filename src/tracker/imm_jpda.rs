@@ -28,9 +28,18 @@
 //! # Unresolved targets
 //! Two targets within the cells of the sensor may give one detection between them. Where the sensor states its
 //! [resolution](crate::sensor::Sensor::resolution) and the association is [`MergingJpda`](crate::association::MergingJpda), tracks that
-//! come so close are handled as pairs, scan by scan (unresolved.rs); otherwise that code is not in the image. With p pairs at most a
-//! scan costs 2 p associations, t combined estimates and measurements, p t² / 2 looks at two tracks and p m weights more, and a track
-//! in a pair g + 1 detections, each with a noise of its own.
+//! come so close are handled as pairs, scan by scan (unresolved.rs); otherwise that code is not in the image. With room for p pairs
+//! a scan costs at most
+//!
+//! ```text
+//! 2^(min(p, 4) + 1) − 2 associations more                          all pairs in one cluster; 2 where every pair has its own
+//! t combined estimates and their measurements,  p of their noise
+//! t² (t − 1) / 4 looks at two tracks                               t / 2 times for the closest that are left
+//! 3 p m weights, measurements of both as of one
+//! 2 p (3 MODES) factorisations of S for every detection            those of pairs have a noise of their own
+//! ```
+//!
+//! more, as [`Work::imm_jpda_merging`] counts them.
 //!
 //! # Cost
 //! Likelihoods are computed twice, before and after the association: kept for all tracks they would take
@@ -249,7 +258,7 @@ where
     let sights = unresolved::look(tracks, sensor);
     report.pairs_refused = unresolved::pair_up(pairs, &sights, &Dwell { sensor, resolution, detections, selection }, diffuse);
     for pair in pairs.iter() {
-        for (claimed, g) in claimed.iter_mut().zip(&pair.hit) {
+        for (claimed, g) in claimed.iter_mut().zip(&pair.weight.hit) {
             *claimed |= *g > T::ZERO;
         }
     }
