@@ -70,7 +70,7 @@ pub type UnresolvedPairs<T, const DETS: usize> = heapless::VecView<UnresolvedPai
 ///
 /// Memory: two matrices more than `Jpda`, and 2 DETS + 5 scalars a pair. Cost: 3, 7, 15 or 31 associations where the most pairs that
 /// any cluster has are 1, 2, 3 or 4; all but the first leave clusters without pairs alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MergingJpda<const NODES: usize, const PAIRS: usize>(Jpda<NODES>);
 

@@ -17,7 +17,7 @@ use boresight::sensor::{Clutter, UniformSensor, Unresolving};
 use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
 use boresight::track::Logic;
-use boresight::tracker::{CoupledState, ImmCoupled, ImmJpda, JointState};
+use boresight::tracker::{CoupledState, ImmCoupled, ImmJpda, JointState, Work};
 use nalgebra::SVector;
 
 /// States of either target: (x, vx, ax, y, vy, ay, z, vz, az)
@@ -105,6 +105,17 @@ pub fn plots(sensor: usize, k: usize) -> Plots {
     let [a, b] = sigmas.get(sensor).copied().unwrap_or_default();
     let false_plot = plot([between[0] + 3.0 * a, between[1] - 4.0 * b], 4);
     if (5..=7).contains(&k) { ([plot(between, 0), false_plot, false_plot], 2) } else { ([plot(first, 0), plot(second, 2), false_plot], 3) }
+}
+
+impl Meeting {
+    /// The most work of a [`step`](Self::step), in either form.
+    pub const MOST: Work = Self::most(DETS);
+
+    /// The most work of one with so many plots.
+    #[must_use]
+    pub const fn most(plots: usize) -> Work {
+        ImmCoupled::<f32, Modes, NX, MODES>::worst_case(plots)
+    }
 }
 
 impl<C: Coupling<f32, NX>> Meeting<C> {

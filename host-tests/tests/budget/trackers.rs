@@ -3,13 +3,13 @@
 //! Models and associators that count their calls take the place of the plain ones; joint association counts its own steps.
 
 use super::{COUNTER, Outcome, published};
-use boresight::association::{Jpda, Pda, SingleAssociator, take_operations};
+use boresight::association::{Jpda, MergingJpda, Pda, SingleAssociator, take_operations};
 use boresight::gaussian::{Gaussian, Innovation};
 use boresight::mode::{JumpMatrix, ModeSet};
 use boresight::model::radar::Radar;
 use boresight::model::{Fix, Layout, MeasurementModel};
 use boresight::scan::{Detection, Report, Scan};
-use boresight::sensor::{Clutter, Sensor as _, UniformSensor};
+use boresight::sensor::{Clutter, Sensor as _, UniformSensor, Unresolving};
 use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
 use boresight::track::Status;
@@ -77,6 +77,10 @@ impl<M: MeasurementModel<f32, NX, NZ>, const NX: usize, const NZ: usize> Measure
         count(|work| work.residuals += 1);
         self.0.residual(z, z_hat)
     }
+    fn difference(&self, a: &SVector<f32, NZ>, b: &SVector<f32, NZ>) -> SVector<f32, NZ> {
+        count(|work| work.as_one += 1);
+        self.0.difference(a, b)
+    }
     fn innovation(&self, g: &Gaussian<f32, NX>) -> Innovation<f32, NX, NZ> {
         count(|work| work.innovations += 1);
         self.0.innovation(g)
@@ -104,7 +108,8 @@ impl SingleAssociator<f32> for CountingPda {
     }
 }
 
-type Sensor<const STRIDE: usize> = UniformSensor<Counting<Radar<f32, 2, 2, STRIDE>>, f32>;
+/// With a resolution, of which most trackers take no notice.
+type Sensor<const STRIDE: usize> = Unresolving<UniformSensor<Counting<Radar<f32, 2, 2, STRIDE>>, f32>, f32, 2>;
 
 /// One scan: what the tracker said of it, and what its steps amount to in cycles.
 struct Taken {
@@ -118,6 +123,7 @@ struct Held<K: Loaded<NX, MODES>, const NX: usize, const MODES: usize, const STR
     sensor: Sensor<STRIDE>,
     state: Box<K::State>,
     room: Room,
+    unresolving: bool,
     formula: Work,
     worst: Work,
     taken: Vec<Taken>,
@@ -155,6 +161,7 @@ where
             ("association", seen.association, most.association, &mut self.worst.association),
             ("fixes", seen.fixes, most.fixes, &mut self.worst.fixes),
             ("pairings", seen.pairings, most.pairings, &mut self.worst.pairings),
+            ("as one", seen.as_one, most.as_one, &mut self.worst.as_one),
         ] {
             assert!(seen <= most, "{kind}: {seen} steps, {most} by the formula");
             *worst = seen.max(*worst);
@@ -166,6 +173,10 @@ where
     fn confirmed(&self) -> usize {
         self.tracker.estimates(&self.state).filter(|estimate| estimate.status != Status::Tentative).count()
     }
+
+    fn unresolving(&self) -> bool {
+        self.unresolving
+    }
 }
 
 impl<K: Loaded<NX, MODES>, const NX: usize, const MODES: usize, const STRIDE: usize> Held<K, NX, MODES, STRIDE>
@@ -173,9 +184,10 @@ where
     Radar<f32, 2, 2, STRIDE>: MeasurementModel<f32, NX, 2>,
 {
     fn new(room: Room, formula: Work) -> Result<Self, Box<dyn std::error::Error>> {
-        let plain = room.sensor::<STRIDE>()?;
-        let sensor = plain.with_model(Counting(plain.model));
-        Ok(Self { tracker: K::new()?, sensor, state: Box::default(), room, formula, worst: NOTHING, taken: Vec::new() })
+        let Unresolving { sensor, resolution } = room.coarse::<STRIDE>()?;
+        let sensor = Unresolving { sensor: sensor.with_model(Counting(sensor.model)), resolution };
+        let unresolving = formula.as_one > 0;
+        Ok(Self { tracker: K::new()?, sensor, state: Box::default(), room, unresolving, formula, worst: NOTHING, taken: Vec::new() })
     }
 
     /// Scans of any number of detections, near and far from each other, with clutter of known and of unknown density.
@@ -184,7 +196,7 @@ where
         let time = |k: u64| Instant::from_millis(100_000 + 1000 * k);
         for k in 1..120 {
             let clutter = if k / 20 % 2 == 0 { Clutter::Poisson(1e-4) } else { Clutter::Diffuse };
-            self.sensor = UniformSensor::new(self.sensor.model, 0.9, clutter, *self.sensor.gate())?;
+            self.sensor.sensor = UniformSensor::new(*self.sensor.model(), 0.9, clutter, *self.sensor.gate())?;
             if k % 6 == 5 {
                 self.crowd(time(k - 1));
             }
@@ -236,6 +248,13 @@ macro_rules! joint {
     }};
 }
 
+macro_rules! merging {
+    ($tracks:literal, $dets:literal) => {{
+        type Merging = ImmJpda<f32, Counting<Turning>, 4, 3, $tracks, $dets, MergingJpda<256, 4>>;
+        hold::<Merging, 4, 3, 2>(Room { tracks: $tracks, detections: $dets }, Merging::worst_case())?
+    }};
+}
+
 macro_rules! likely {
     ($tracks:literal, $dets:literal) => {{
         type Likely = LmsJpda<f32, Counting<ManyTurns>, 4, 7, $tracks, $dets, Jpda<64>>;
@@ -256,6 +275,7 @@ fn no_scan_takes_more_work_than_the_formula() -> Outcome {
         joint!(ManyTurns, 4, 7, 16, 32, 64),
         likely!(4, 8),
         likely!(16, 32),
+        merging!(16, 32),
     ];
     for taken in crowded {
         let given_up = |part: &[Taken]| part.iter().map(|t| t.report.clusters_bounded + t.report.clusters_approximated).sum::<u16>();
@@ -278,6 +298,8 @@ fn published_cycles_are_within_what_the_steps_of_their_scans_amount_to() -> Outc
         ("imm-jpda 4x7 16x32 64", joint!(ManyTurns, 4, 7, 16, 32, 64)),
         ("lms-jpda 4x7 4x8 64", likely!(4, 8)),
         ("lms-jpda 4x7 16x32 64", likely!(16, 32)),
+        ("merging-jpda 4x3 4x8 256 4", merging!(4, 8)),
+        ("merging-jpda 4x3 16x32 256 4", merging!(16, 32)),
     ] {
         let (recorded, adversarial) = taken.split_at(load::SCANS);
         for (scenario, part) in [("recorded", recorded), ("adversarial", adversarial)] {
