@@ -63,7 +63,8 @@ pub type UnresolvedPairs<T, const DETS: usize> = heapless::VecView<UnresolvedPai
 ///
 /// In [`ImmJpda`](crate::tracker::ImmJpda) this is all it takes besides a sensor that states its [resolution](crate::sensor::Sensor::resolution): tracks that
 /// come close are paired, the closest first and each once, and are two again when they part. Pairs beyond `PAIRS` stay resolved, and the report counts them.
-/// [`LmsJpda`](crate::tracker::LmsJpda) makes no pairs.
+/// [`LmsJpda`](crate::tracker::LmsJpda) makes no pairs: it chooses modes by how well a track's own detections fit
+/// them, which is not defined for one that two tracks share. With this association it does what it does with [`Jpda`].
 ///
 /// Exact wherever [`Jpda`] is. So are the probabilities of several pairs in a cluster: of up to four, the others stay resolved and
 /// are counted, too.
