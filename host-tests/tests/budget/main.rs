@@ -3,6 +3,7 @@
 mod association;
 #[path = "../support/counting.rs"]
 mod counting;
+mod coupled;
 mod fusion;
 mod trackers;
 
