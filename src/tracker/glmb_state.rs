@@ -15,6 +15,7 @@ use nalgebra::SVector;
 
 /// What is known of one target.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LabelledEstimate<T, const NX: usize, const MODES: usize> {
     /// Which target
     pub label: Label,
