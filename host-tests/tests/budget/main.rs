@@ -1,6 +1,7 @@
 //! Work against the formulas of the worst case, in a build that counts; and the cycles published against what the work amounts to.
 
 mod fusion;
+mod labelled;
 mod trackers;
 
 use std::error::Error;

@@ -3,6 +3,7 @@
 mod capacity;
 mod enumeration;
 mod exact;
+mod extremes;
 mod forms;
 mod properties;
 mod refusal;
