@@ -30,7 +30,8 @@ fn published(scene: &Scene, which: Which) -> Option<&'static str> {
         (Which::ImmJpda, "gomes") => "imm-jpda 4x7 16x32 64",
         (Which::ImmJpda, "jms-glmb-linear") => "imm-jpda 4x3 16x32 64",
         (Which::LmsJpda, "gomes") => "lms-jpda 4x7 16x32 64",
-        (Which::ImmCoupled, "jeong-tugnait") => "coupled18_first",
+        (Which::MergingJpda, "jeong-tugnait") => "merging-jpda 4x3 16x32 256 4",
+        (Which::ImmCoupled, "jeong-tugnait") => "with the cross covariance",
         (Which::JmsGlmb, "jms-glmb-linear") => "linear, 3 modes, 48 tracks",
         _ => return None,
     })
@@ -47,8 +48,11 @@ impl Cost {
             let [mean, worst] = [form.load.mean_cycles, form.load.worst_cycles].map(ms);
             return Self { mean, worst, counted_as, ..Self::default() };
         }
-        match costs.pieces.get(name) {
-            Some(piece) => Self { worst: ms(piece.cycles), counted_as, ..Self::default() },
+        match costs.coupled.forms.get(name) {
+            Some(form) => {
+                let [mean, worst] = [form.radar.mean_cycles, form.radar.worst_cycles].map(ms);
+                Self { flash: kilo(costs.coupled.flash), mean, worst, counted_as }
+            }
             None => Self::default(),
         }
     }
