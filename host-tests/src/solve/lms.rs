@@ -11,7 +11,7 @@ use crate::Failure;
 use crate::precision::{Precision, Scalar};
 use boresight::evidence::{SomeInnovations, correct_by_one, no_innovations, predict_measurements};
 use boresight::gaussian::Gaussian;
-use boresight::mode::{ActiveSet, Deviations, Adaptation, LikelyModes, ModeBank, ModeSet};
+use boresight::mode::{ActiveSet, Adaptation, Deviations, LikelyModes, ModeBank, ModeSet};
 use boresight::model::linear::{LinearMeasurement, LinearMotion};
 use boresight::scalar::exp;
 use serde_json::{Map, Value, json};
