@@ -25,8 +25,7 @@ pub struct Deviations<T, const NX: usize, const MODES: usize> {
 
 impl<T: Real, const NX: usize, const MODES: usize> Deviations<T, NX, MODES> {
     /// All zero bits: of no mode.
-    pub const ZERO: Self =
-        Self { prob: [T::ZERO; MODES], place: Gaussian::<T, NX>::ZERO.mean, modes: [Gaussian::ZERO; MODES] };
+    pub const ZERO: Self = Self { prob: [T::ZERO; MODES], place: Gaussian::<T, NX>::ZERO.mean, modes: [Gaussian::ZERO; MODES] };
 
     /// Those of the modes `active` of `bank`; the others are held as zero.
     ///

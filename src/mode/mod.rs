@@ -8,7 +8,7 @@ mod set;
 
 pub use active::ActiveSet;
 pub use bank::{JumpMatrix, ModeBank};
-pub use deviations::Deviations;
 pub(crate) use bank::{LEAST_PROBABILITY, check_distribution};
+pub use deviations::Deviations;
 pub use likely::{Adaptation, LikelyModes};
 pub use set::ModeSet;

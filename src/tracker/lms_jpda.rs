@@ -18,9 +18,8 @@
 //!
 //! # Cost
 //! That of [`ImmJpda`](super::ImmJpda) with the active modes of each track in the place of all: nothing is mixed, predicted, scored
-//! or corrected for another. Besides, a track copies its active modes once a scan, and what is activated costs a mixing, a
-//! prediction, an innovation and a correction, and the likelihoods of those that ran once more. [`LmsJpda::worst_case`] has the
-//! most: all modes, some of them activated.
+//! or corrected for another. Besides, what is activated costs a mixing, a prediction, an innovation and a correction, and the
+//! likelihoods of those that ran once more. [`LmsJpda::worst_case`] has the most: all modes, some of them activated.
 //!
 //! Memory: [`LmsState`] is all there is. Beside what `ImmJpda` needs it holds the densities of the last scan, from which modes are
 //! activated: tracks take twice the room.
@@ -315,5 +314,9 @@ where
         T: 'a,
     {
         state.tracks()
+    }
+
+    fn digest(&self, state: &Self::State) -> u32 {
+        state.digest()
     }
 }

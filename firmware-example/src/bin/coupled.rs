@@ -13,6 +13,11 @@ use cortex_m_rt::entry;
 use firmware_example::exit;
 use twin::coupled::{CHECKSUMS, Kept, Meeting, Memory, NX, Plots, SCANS, checksum, plots};
 
+/// Bytes of the states, in this order
+#[used]
+#[unsafe(no_mangle)]
+static STATES: [u32; 2] = [size_of::<Memory>() as u32, size_of::<Memory<NoCross>>() as u32];
+
 const _: () = assert!(size_of::<Memory>() <= 12 * 1024 && size_of::<Memory<NoCross>>() <= 8 * 1024, "larger than their budget");
 
 type Step<C> = fn(&Meeting<C>, &mut Memory<C>, usize, &Plots) -> bool;

@@ -15,20 +15,21 @@ use boresight::time::Instant;
 use boresight::track::Status;
 use cortex_m_rt::entry;
 use firmware_example::exit;
-use twin::load::{self, Room, Sensor, Subject};
+use twin::load::{self, Room, Subject};
 use twin::loaded::Loaded;
 
-/// `Tracker` and `State`, `NX`, `MODES`, `TRACKS` and `DETS`, and `MOST_RAM` in bytes.
+/// `Tracker`, `State` and `Sensor`, which `sensor` makes, `NX`, `MODES`, `TRACKS` and `DETS`, `MOST_RAM` in bytes, and whether the
+/// sensor is `UNRESOLVING`.
 mod configuration {
     include!(concat!(env!("OUT_DIR"), "/configuration.rs"));
 }
-use configuration::{DETS, MODES, MOST_RAM, NX, State, TRACKS, Tracker};
+use configuration::{DETS, MODES, MOST_RAM, NX, Sensor, State, TRACKS, Tracker, UNRESOLVING, sensor};
 
 const _: () = assert!(size_of::<State>() <= MOST_RAM, "the state is larger than its budget");
 
 struct Load {
     tracker: Tracker,
-    sensor: Sensor<{ NX / 2 }>,
+    sensor: Sensor,
     state: &'static mut State,
 }
 
@@ -56,6 +57,10 @@ impl Subject for Load {
     fn confirmed(&self) -> usize {
         self.state.tracks().filter(|track| track.status() != Status::Tentative).count()
     }
+
+    fn unresolving(&self) -> bool {
+        UNRESOLVING
+    }
 }
 
 #[entry]
@@ -66,7 +71,7 @@ fn main() -> ! {
 
 fn run(state: &'static mut State) -> Result<bool, ConfigError> {
     let room = Room { tracks: TRACKS, detections: DETS };
-    let mut load = Load { tracker: <Tracker as Loaded<NX, MODES>>::new()?, sensor: room.sensor()?, state };
+    let mut load = Load { tracker: <Tracker as Loaded<NX, MODES>>::new()?, sensor: sensor(room)?, state };
     Ok(load::run(&mut load, room))
 }
 

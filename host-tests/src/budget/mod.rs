@@ -16,15 +16,17 @@
 pub mod bound;
 mod configuration;
 mod count;
-mod figures;
+mod coupled;
+pub(crate) mod figures;
 mod image;
-mod labelled;
+pub(crate) mod labelled;
 mod likely;
-mod table;
+pub(crate) mod table;
 
-use crate::{Failure, output};
-use configuration::{COUPLED, FUSION, KERNELS, PIECES, Tracker, trackers};
+use crate::{Failure, compare, output};
+use configuration::{FUSION, KERNELS, PIECES, Tracker, trackers};
 use count::{Board, Call};
+use coupled::Coupled;
 use figures::{Figures, Fusion, Kernel, Load, Record};
 use image::Image;
 use indexmap::IndexMap;
@@ -35,7 +37,7 @@ use std::sync::OnceLock;
 /// Where the table stands.
 const README: &str = "firmware-example/README.md";
 /// The same figures for machines.
-const RECORD: &str = "firmware-example/budget.toml";
+pub(crate) const RECORD: &str = "firmware-example/budget.toml";
 
 /// What the command is asked for.
 #[derive(Debug, Clone, Default)]
@@ -65,7 +67,9 @@ pub fn run(root: &Path, request: &Request) -> Result<(), Failure> {
         output::print(&notes)
     } else if request.only.is_none() {
         table::publish(&root.join(README), &record)?;
-        record.write(&root.join(RECORD))
+        record.write(&root.join(RECORD))?;
+        // Another page shows some of these figures.
+        compare::refresh(root)
     } else {
         output::print("only some trackers: nothing published\n")
     }
@@ -84,7 +88,9 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     if with_kernels {
         record.kernels = measure_kernels(&counter, &Image::open(root, "budget")?, &KERNELS)?;
         record.pieces = measure_kernels(&counter, &Image::open(root, "kernels")?, &PIECES)?;
-        record.pieces.extend(measure_kernels(&counter, &Image::open(root, "coupled")?, &COUPLED)?);
+        let coupled = Image::open(root, "coupled")?;
+        let calls = on_both_boards(&counter, &coupled, &coupled::functions())?;
+        record.coupled = Coupled::of(&coupled, &calls, Image::open(root, "empty")?.flash()?)?;
         let fusion = Image::open(root, "fusion")?;
         let flash = fusion.flash()?.saturating_sub(Image::open(root, "unfused")?.flash()?);
         record.fusion = Fusion { ram: configuration::picture(&memory)?, flash, calls: measure_fusion(&counter, &fusion)? };

@@ -3,7 +3,9 @@
 mod association;
 #[path = "../support/counting.rs"]
 mod counting;
+mod coupled;
 mod fusion;
+mod labelled;
 mod trackers;
 
 use std::error::Error;

@@ -17,12 +17,14 @@ pub struct Asked {
     pub innovations: u64,
     /// Residuals of measurements
     pub residuals: u64,
+    /// Differences of predicted measurements
+    pub differences: u64,
     /// Measurements traced back to a position
     pub fixes: u64,
 }
 
 thread_local! {
-    static ASKED: Cell<Asked> = const { Cell::new(Asked { predictions: 0, innovations: 0, residuals: 0, fixes: 0 }) };
+    static ASKED: Cell<Asked> = const { Cell::new(Asked { predictions: 0, innovations: 0, residuals: 0, differences: 0, fixes: 0 }) };
 }
 
 /// What the models of this thread have been asked since the last call.
@@ -73,6 +75,7 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
         self.0.residual(z, z_hat)
     }
     fn difference(&self, a: &SVector<T, NZ>, b: &SVector<T, NZ>) -> SVector<T, NZ> {
+        count(|asked| asked.differences += 1);
         self.0.difference(a, b)
     }
     fn drop_ambiguous(&self, cross: &mut SMatrix<T, NX, NZ>, spread: &mut Symmetric<T, NZ>, noise: &Symmetric<T, NZ>) {
