@@ -123,3 +123,10 @@ fn usage_errors_name_what_is_wrong() {
 fn unknown_scenario_is_bad_usage() {
     assert!(refusal("run no-such-scenario").is_some_and(|m| m.contains("\"no-such-scenario\"")));
 }
+
+/// The data in the repository are what this library gives on this machine: the self-test compares the target with it.
+#[test]
+fn data_of_the_firmware_example_are_current() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    assert_eq!(host_tests::twin::run(&root, true), Ok(()));
+}
