@@ -106,10 +106,10 @@ impl<T: Real, C: Coupling<T, NX>, const NX: usize, const MODES: usize, const DET
         })
     }
 
-    /// The probability that the last scan saw both targets as one.
+    /// The probability that the last scan saw both targets as one; zero where none are followed.
     #[must_use]
     pub fn unresolved_probability(&self) -> T {
-        self.unresolved
+        self.pair.map_or(T::ZERO, |_| self.unresolved)
     }
 
     /// The time of the last scan.

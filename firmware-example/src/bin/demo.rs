@@ -122,3 +122,5 @@ fn track_as_one(coupled: &mut Memory, paired: &mut Tracks) -> Result<usize, twin
     defmt::info!("coupled filter of {=usize} bytes, tracker of pairs of {=usize}", size_of::<Memory>(), size_of::<Tracks>());
     Ok(if started { paired.estimates().count() } else { 0 })
 }
+
+firmware_example::reporting!();

@@ -13,9 +13,8 @@ use boresight::error::ConfigError;
 use boresight::scan::Scan;
 use boresight::time::Instant;
 use boresight::track::Status;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
+use firmware_example::exit;
 use twin::load::{self, Room, Subject};
 use twin::loaded::Loaded;
 
@@ -76,14 +75,4 @@ fn run(state: &'static mut State) -> Result<bool, ConfigError> {
     Ok(load::run(&mut load, room))
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();

@@ -3,56 +3,22 @@
 //! Models and associators that count their calls take the place of the plain ones; joint association counts its own steps.
 
 use super::{COUNTER, Outcome, published};
+use crate::counting::{Asked, Counting, take};
 use boresight::association::{Jpda, MergingJpda, Pda, SingleAssociator, take_operations};
-use boresight::gaussian::{Gaussian, Innovation};
-use boresight::mode::{JumpMatrix, ModeSet};
+use boresight::mode::JumpMatrix;
+use boresight::model::MeasurementModel;
 use boresight::model::radar::Radar;
-use boresight::model::{Fix, Layout, MeasurementModel};
 use boresight::scan::{Detection, Report, Scan};
 use boresight::sensor::{Clutter, Sensor as _, UniformSensor, Unresolving};
-use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
 use boresight::track::Status;
 use boresight::tracker::{ImmJpda, ImmPdaf, LmsJpda, Work};
 use host_tests::budget::bound;
-use nalgebra::{SMatrix, SVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::cell::Cell;
 use twin::load::{self, Room, Subject};
 use twin::loaded::{Accelerating, Loaded, ManyTurns, Motion, Turning};
-
-thread_local! {
-    static COUNTED: Cell<Work> = const { Cell::new(NOTHING) };
-}
-
-const NOTHING: Work = Work::imm_pdaf(0, 0, 0);
-
-fn count(add: impl FnOnce(&mut Work)) {
-    let mut work = COUNTED.get();
-    add(&mut work);
-    COUNTED.set(work);
-}
-
-/// A model that counts its calls.
-#[derive(Clone, Copy, Debug)]
-struct Counting<M>(M);
-
-impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const MODES: usize> ModeSet<f32, NX, MODES> for Counting<M> {
-    const LAYOUT: Layout = M::LAYOUT;
-    type Steps = M::Steps;
-
-    fn steps(&self, dt: f32) -> M::Steps {
-        self.0.steps(dt)
-    }
-    fn advance(&self, mode: usize, g: &mut Gaussian<f32, NX>, steps: &M::Steps) {
-        count(|work| work.predictions += 1);
-        self.0.advance(mode, g, steps);
-    }
-    fn propagate(&self, mode: usize, x: &SVector<f32, NX>, v: &mut SMatrix<f32, NX, NX>, dt: f32) {
-        self.0.propagate(mode, x, v, dt);
-    }
-}
 
 impl<M: Motion<NX, MODES>, const NX: usize, const MODES: usize> Motion<NX, MODES> for Counting<M> {
     fn new() -> Result<(Self, JumpMatrix<f32, MODES>, [f32; MODES]), boresight::error::ConfigError> {
@@ -61,40 +27,9 @@ impl<M: Motion<NX, MODES>, const NX: usize, const MODES: usize> Motion<NX, MODES
     }
 }
 
-impl<M: MeasurementModel<f32, NX, NZ>, const NX: usize, const NZ: usize> MeasurementModel<f32, NX, NZ> for Counting<M> {
-    const LAYOUT: Layout = M::LAYOUT;
-
-    fn observe(&self, x: &SVector<f32, NX>) -> SVector<f32, NZ> {
-        self.0.observe(x)
-    }
-    fn jacobian(&self, x: &SVector<f32, NX>) -> SMatrix<f32, NZ, NX> {
-        self.0.jacobian(x)
-    }
-    fn noise(&self, x: &SVector<f32, NX>) -> Symmetric<f32, NZ> {
-        self.0.noise(x)
-    }
-    fn residual(&self, z: &SVector<f32, NZ>, z_hat: &SVector<f32, NZ>) -> SVector<f32, NZ> {
-        count(|work| work.residuals += 1);
-        self.0.residual(z, z_hat)
-    }
-    fn difference(&self, a: &SVector<f32, NZ>, b: &SVector<f32, NZ>) -> SVector<f32, NZ> {
-        count(|work| work.as_one += 1);
-        self.0.difference(a, b)
-    }
-    fn innovation(&self, g: &Gaussian<f32, NX>) -> Innovation<f32, NX, NZ> {
-        count(|work| work.innovations += 1);
-        self.0.innovation(g)
-    }
-    fn locate(&self, z: &SVector<f32, NZ>, noise: &Symmetric<f32, NZ>) -> Option<Fix<f32>> {
-        count(|work| work.fixes += 1);
-        self.0.locate(z, noise)
-    }
-    fn is_finite(&self) -> bool {
-        self.0.is_finite()
-    }
-    fn nominal_noise(&self) -> Symmetric<f32, NZ> {
-        self.0.nominal_noise()
-    }
+thread_local! {
+    /// Weights that [`CountingPda`] has been given
+    static WEIGHTS: Cell<u64> = const { Cell::new(0) };
 }
 
 /// PDA that counts the weights it is given.
@@ -103,7 +38,7 @@ struct CountingPda;
 
 impl SingleAssociator<f32> for CountingPda {
     fn associate(&self, miss: f32, hit: &mut [f32]) -> f32 {
-        count(|work| work.association += hit.len() as u64 + 1);
+        WEIGHTS.set(WEIGHTS.get() + hit.len() as u64 + 1);
         Pda.associate(miss, hit)
     }
 }
@@ -139,20 +74,25 @@ where
     }
 
     fn step(&mut self, scan: &Scan<'_, f32, 2>) -> bool {
-        COUNTED.set(NOTHING);
+        take();
+        WEIGHTS.take();
         take_operations();
         let tracks = self.tracker.tracks(&self.state).count() as u64;
         let Ok(report) = self.tracker.step(&mut self.state, &self.sensor, scan) else { return false };
-        let counted = COUNTED.get();
+        let Asked { predictions, innovations, residuals, fixes, differences } = take();
         let pairings = u64::from(report.births) + u64::from(report.births_refused);
         let seen = Work {
-            association: counted.association + take_operations() as u64,
+            predictions,
+            innovations,
+            residuals,
+            fixes,
+            as_one: differences,
+            association: WEIGHTS.take() + take_operations() as u64,
             pairings,
             // No model is called for these: as many as follow from the others.
-            corrections: counted.predictions,
+            corrections: predictions,
             comparisons: tracks * tracks.saturating_sub(1) / 2,
             looks: pairings * (2 * self.room.tracks as u64 + 1),
-            ..counted
         };
         let most = self.formula;
         for (kind, seen, most, worst) in [
@@ -188,8 +128,8 @@ where
     fn new(room: Room, formula: Work) -> Result<Self, Box<dyn std::error::Error>> {
         let Unresolving { sensor, resolution } = room.coarse::<STRIDE>()?;
         let sensor = Unresolving { sensor: sensor.with_model(Counting(sensor.model)), resolution };
-        let unresolving = formula.as_one > 0;
-        Ok(Self { tracker: K::new()?, sensor, state: Box::default(), room, unresolving, formula, worst: NOTHING, taken: Vec::new() })
+        let (unresolving, worst) = (formula.as_one > 0, Work::imm_pdaf(0, 0, 0));
+        Ok(Self { tracker: K::new()?, sensor, state: Box::default(), room, unresolving, formula, worst, taken: Vec::new() })
     }
 
     /// Scans of any number of detections, near and far from each other, with clutter of known and of unknown density.
