@@ -11,7 +11,8 @@
 //! Both sums of all modes are taken about the mean of the first mode, d_i = x_i − x_1: with N_i = P_i − P_1 + d_i d_i' shared by
 //! all targets of the mixing, P⁰_j = P_1 + Σ_i μ_i|j N_i − d̄_j d̄_j'. The terms have the size of the distances
 //! between modes, which one interaction every scan keeps at about one gate, so that nothing of weight cancels; raw
-//! second moments, of the size of the coordinates, would lose the covariance in single precision.
+//! second moments, of the size of the coordinates, would lose the covariance in single precision. Up to four modes all sums of
+//! one entry stay in registers; more modes, and a variable structure, are mixed by way of [`Deviations`].
 //!
 //! # Variable structure
 //! A bank may hold some of its modes only (VS-IMM; Li and Bar-Shalom, *IEEE Trans. AC* 41(4), 1996). Into the set `to`, from
@@ -319,15 +320,19 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         best.0
     }
 
-    /// Whether all densities are sound: finite, variances not negative, and nothing so large (1e15 in a mean, 1e30 in a
-    /// variance) that combining the modes could overflow single precision.
+    /// Whether all densities are sound: finite, variances not negative, and nothing so large (1e15 for the means of a mode together,
+    /// 1e30 for its variances) that combining the modes could overflow single precision.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let limit = T::lit(1e15);
         self.prob.iter().all(|p| p.is_finite())
             && self.modes.iter().all(|g| {
-                let bounded = g.cov.upper().iter().enumerate().all(|(i, row)| row[i] <= limit * limit);
-                bounded && g.cov.has_valid_variances() && g.mean.iter().all(|v| v.abs() <= limit)
+                let (mut size, mut spread) = (T::ZERO, T::ZERO);
+                for k in 0..NX {
+                    size += g.mean.data.0[0][k].abs();
+                    spread += g.cov.upper()[k][k];
+                }
+                size <= limit && spread <= limit * limit && g.cov.has_valid_variances()
             })
     }
 }
