@@ -229,7 +229,8 @@ fn no_scan_takes_more_work_than_the_formula() -> Outcome {
     // Targets that cross are in pairs and part again; in the crowd all are, and find room for no more than four.
     let paired: Vec<_> = recorded.iter().map(|taken| taken.paired).collect();
     println!("tracks in pairs: {paired:?}");
-    assert!(paired[..10].iter().chain(&paired[32..]).all(|paired| *paired == 0) && paired[18..23].iter().all(|paired| *paired >= 2));
+    let (before, met, after) = (&paired[..15], &paired[20..22], &paired[25..]);
+    assert!(met.iter().all(|paired| *paired >= 2) && before.iter().chain(after).all(|paired| *paired == 0));
     assert!(given_up(recorded) == 0 && usize::from(given_up(adversarial)) >= load::ROUNDS);
     assert!(adversarial.iter().any(|taken| taken.paired == 8 && taken.report.pairs_refused > 0));
     Ok(())
