@@ -62,10 +62,7 @@ fn configuration(tracker: &str, most_ram: &str) -> Option<String> {
         ),
         ("merging-jpda", Some(nodes)) => {
             let joint = format!("MergingJpda<{nodes}, {}>", words.next()?);
-            (
-                format!("ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, {joint}>"),
-                format!("JointState<f32, NX, MODES, TRACKS, DETS, {joint}>"),
-            )
+            (format!("ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, {joint}>"), format!("JointState<f32, NX, MODES, TRACKS, DETS, {joint}>"))
         }
         ("lms-jpda", Some(nodes)) => (
             format!("LmsJpda<f32, Modes, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),

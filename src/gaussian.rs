@@ -18,6 +18,7 @@
 
 use crate::scalar::{Real, exp2, larger, ln};
 use crate::symmetric::Symmetric;
+use core::borrow::Borrow;
 use nalgebra::{SMatrix, SVector};
 
 /// A Gaussian density of an `NX`-state, or an estimate with its covariance.
@@ -268,15 +269,13 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
     /// The mean and covariance of the mixture Σ `weights[i]` · `components[i]`, weights summing to one, from
     /// deviations about the mixed mean (raw second moments cancel to nothing in single precision).
     #[must_use]
-    pub fn moment_match<'a>(components: impl Iterator<Item = (T, &'a Self)> + Clone) -> Self
-    where
-        T: 'a,
-    {
+    pub fn moment_match<G: Borrow<Self>>(components: impl Iterator<Item = (T, G)> + Clone) -> Self {
         let mut out = Self::ZERO;
         for (weight, g) in components.clone() {
-            out.mean += g.mean * weight;
+            out.mean += g.borrow().mean * weight;
         }
         for (weight, g) in components {
+            let g = g.borrow();
             let d = (g.mean - out.mean).data.0[0];
             for (i, ((row, own), first)) in out.cov.upper_mut().iter_mut().zip(g.cov.upper()).zip(&d).enumerate() {
                 for ((p, own), second) in row.iter_mut().zip(own).zip(&d).skip(i) {

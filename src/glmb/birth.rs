@@ -18,6 +18,7 @@ use crate::scalar::Real;
 
 /// A place where targets appear.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Region<T, const NX: usize, const MODES: usize> {
     pub(crate) existence: T,
     pub(crate) density: Gaussian<T, NX>,
@@ -58,8 +59,8 @@ pub(crate) struct Adaptive<T, const NX: usize, const MODES: usize> {
 /// A detection that may have been a target's first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unexplained<T> {
-    /// Its number in its scan
-    pub number: u16,
+    /// Its place among those that were taken in
+    pub place: u16,
     pub fix: Fix<T>,
     /// 1 − u
     pub doubt: T,

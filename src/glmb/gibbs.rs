@@ -10,7 +10,7 @@
 //! algorithm 1.
 
 use super::random;
-use super::row::{Event, FIRST_HIT, GONE, Limits, Problem, Truncation};
+use super::row::{Event, FIRST_HIT, GONE, Limits, Outcome, Problem, Truncation};
 use crate::scalar::{Real, sqrt};
 use rand_core::Rng;
 
@@ -18,6 +18,7 @@ use rand_core::Rng;
 ///
 /// A sweep costs rows² GATED comparisons, and as many more as events were found before. It keeps `SWEEPS` LABELS choices.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Gibbs<const SWEEPS: usize>;
 
 impl<T: Real, const LABELS: usize, const SWEEPS: usize> Truncation<T, LABELS> for Gibbs<SWEEPS> {
@@ -36,8 +37,8 @@ impl<T: Real, const LABELS: usize, const SWEEPS: usize> Truncation<T, LABELS> fo
         let rows = problem.chosen.len().min(LABELS);
         let mut walk = [GONE; LABELS];
         for place in 0..rows {
-            let heaviest = weights(problem, &walk, place).enumerate().reduce(|a, b| if b.1 > a.1 { b } else { a });
-            choose(&mut walk, place, heaviest.map_or(0, |(choice, _)| choice));
+            let choice = heaviest(problem, &walk, place);
+            choose(&mut walk, place, choice);
         }
         let (steps, mut count) = (sqrt(limits.share) * T::from_count(SWEEPS), 0);
         for sweep in 0..SWEEPS {
@@ -46,8 +47,8 @@ impl<T: Real, const LABELS: usize, const SWEEPS: usize> Truncation<T, LABELS> fo
             }
             if sweep > 0 {
                 for place in 0..rows {
-                    let drawn = random::index(weights(problem, &walk, place), rng);
-                    choose(&mut walk, place, drawn);
+                    let choice = drawn(problem, &walk, place, rng);
+                    choice.into_iter().for_each(|choice| choose(&mut walk, place, choice));
                 }
             }
             let (event, ln_weight) = (walk.get(..rows).unwrap_or_default(), problem.ln_weight(&walk));
@@ -64,20 +65,31 @@ impl<T: Real, const LABELS: usize, const SWEEPS: usize> Truncation<T, LABELS> fo
     }
 }
 
-fn choose<const LABELS: usize>(walk: &mut [u16; LABELS], place: usize, choice: usize) {
-    walk.iter_mut().skip(place).take(1).for_each(|c| *c = choice as u16);
+fn choose<const LABELS: usize>(walk: &mut [u16; LABELS], place: usize, choice: u16) {
+    walk.iter_mut().skip(place).take(1).for_each(|c| *c = choice);
 }
 
-/// The weights of the choices that the row at `place` has while the others stay: zero for detections that they have.
-fn weights<'a, T: Real, const GATED: usize>(
+/// By logarithms: a share may be too small for single precision, and still be all that is left.
+fn heaviest<T: Real, const GATED: usize>(problem: &Problem<'_, T, GATED>, walk: &[u16], place: usize) -> u16 {
+    free(problem, walk, place).reduce(|a, b| if b.1.ln_weight > a.1.ln_weight { b } else { a }).map_or(GONE, |(choice, _)| choice)
+}
+
+/// None where all that is free is lighter than single precision tells.
+fn drawn<T: Real, R: Rng, const GATED: usize>(problem: &Problem<'_, T, GATED>, walk: &[u16], place: usize, rng: &mut R) -> Option<u16> {
+    let mut choices = free(problem, walk, place);
+    let drawn = random::index(choices.clone().map(|(_, o)| o.share), rng)?;
+    choices.nth(drawn).map(|(choice, _)| choice)
+}
+
+/// The choices that the row at `place` has while the others stay: all but the detections that they have.
+fn free<'a, T: Real, const GATED: usize>(
     problem: &'a Problem<'_, T, GATED>,
     walk: &'a [u16],
     place: usize,
-) -> impl Iterator<Item = T> + Clone + 'a {
+) -> impl Iterator<Item = (u16, &'a Outcome<T>)> + Clone {
     let taken = move |detection: Option<u16>| {
         let others = problem.rows().zip(walk).enumerate().filter(move |(other, (_, choice))| *other != place && **choice >= FIRST_HIT);
         detection.is_some() && others.filter_map(|(_, (row, choice))| row.outcome(*choice)).any(|o| o.detection == detection)
     };
-    let outcomes = problem.row(place).into_iter().flat_map(|row| row.outcomes());
-    outcomes.map(move |o| if taken(o.detection) { T::ZERO } else { o.share })
+    (0..).zip(problem.row(place).into_iter().flat_map(|row| row.outcomes())).filter(move |(_, o)| !taken(o.detection))
 }

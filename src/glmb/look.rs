@@ -38,9 +38,9 @@ impl<S, T: Real, const NZ: usize, const MODES: usize> Look<'_, S, T, NZ, MODES> 
         // A target that cannot be missed can still vanish from sight: some event must remain.
         let ln_missed = ln(larger(T::lit(LEAST_PROBABILITY), miss));
         let ln_alive = ln(existence);
-        let hits = self.candidates.iter().zip(self.weights.iter()).filter(|(_, weight)| **weight > T::ZERO && is_finite(**weight));
+        let hits = self.candidates.iter().zip(self.weights.iter()).filter(|(_, weight)| **weight > T::ZERO);
         let ln_hits = hits.map(|(number, weight)| (*number, ln_alive + ln(*weight) - ln(self.clutter(*number))));
-        row.fill(ln(T::ONE - existence), ln_alive + ln_missed, ln_hits);
+        row.fill(ln(T::ONE - existence), ln_alive + ln_missed, ln_hits.filter(|(_, ln_weight)| is_finite(*ln_weight)));
         true
     }
 

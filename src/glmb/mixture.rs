@@ -114,6 +114,26 @@ pub(super) fn gated_density<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, cons
     if nis <= threshold { seen.density.of_square(nis) } else { T::ZERO }
 }
 
+/// [`Density::weigh`] of one Gaussian, of a weight and a mode: its share of M_j and m.
+#[inline(always)]
+pub(super) fn weigh_part<S: Sensor<T, NX, NZ>, T: Real, const NX: usize, const NZ: usize, const MODES: usize>(
+    sight: &Sight<'_, S, T, MODES>,
+    (weight, mode, g): (T, usize, &Gaussian<T, NX>),
+    detections: &[Detection<T, NZ>],
+    candidates: &[u16],
+    weights: &mut [T],
+) -> T {
+    let (innovation, p_detect) = (sight.sensor.model().innovation(g), sight.p_detect(mode, &g.mean));
+    for (number, sum) in candidates.iter().zip(weights) {
+        let Some(detection) = detections.get(usize::from(*number)) else { break };
+        let density = gated_density(sight.sensor, g, &innovation, detection);
+        if density > T::ZERO {
+            *sum += weight * p_detect * density;
+        }
+    }
+    weight * (T::ONE - p_detect * sight.sensor.gate().p_gate())
+}
+
 /// Kalman's update of `g`, whose predicted measurement is `innovation`, by `detection`. `false` where that would break the
 /// covariance.
 pub(super) fn correct<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize>(
@@ -163,19 +183,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const COMPS: usize> Density<T
         candidates: &[u16],
         weights: &mut [T],
     ) -> T {
-        let mut miss = T::ZERO;
-        for (weight, mode, g) in self.components() {
-            let (innovation, p_detect) = (sight.sensor.model().innovation(g), sight.p_detect(mode, &g.mean));
-            miss += weight * (T::ONE - p_detect * sight.sensor.gate().p_gate());
-            for (number, sum) in candidates.iter().zip(weights.iter_mut()) {
-                let Some(detection) = detections.get(usize::from(*number)) else { break };
-                let density = gated_density(sight.sensor, g, &innovation, detection);
-                if density > T::ZERO {
-                    *sum += weight * p_detect * density;
-                }
-            }
-        }
-        miss
+        self.components().fold(T::ZERO, |miss, part| miss + weigh_part(sight, part, detections, candidates, weights))
     }
 
     fn absorb<S: Sensor<T, NX, NZ>, R: Rng, const NZ: usize>(

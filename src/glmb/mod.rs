@@ -51,15 +51,17 @@ pub use row::{Event, Limits, Outcome, Problem, Row, Truncation};
 pub(crate) use row::{GONE, ln_add};
 pub(crate) use table::{Generation, Slot, decode, encode};
 pub(crate) use total::ln_total;
-pub(crate) use work::Capacities;
 pub use work::GlmbWork;
+#[cfg(feature = "count")]
+pub use work::take_work;
+pub(crate) use work::{COUNTED, Capacities};
 
-/// The identity of a target: never given twice, and kept as long as the target is tracked.
+/// The identity of a target: never given twice in 2³² scans, and kept as long as the target is tracked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Label {
     /// The scan of its birth, from 0; scans at the time of the one before do not count
     pub birth_scan: u32,
-    /// Where it was born: a region by its number, or beyond those a detection of the scan before
+    /// Where it was born: a region by its number, or beyond those a detection of the scan before by its place among those taken in
     pub index: u16,
 }

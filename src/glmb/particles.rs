@@ -15,7 +15,7 @@
 //! The points of a target that hardly manoeuvres lose their variety: with little process noise prefer Gaussians.
 
 use super::density::{Density, Sight};
-use super::mixture::{correct, gated_density};
+use super::mixture::{correct, gated_density, weigh_part};
 use super::random;
 use crate::gaussian::Gaussian;
 use crate::mode::{JumpMatrix, ModeSet};
@@ -71,7 +71,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const POINTS: usize> Density<
     fn bear<R: Rng>(&mut self, g: &Gaussian<T, NX>, prob: &[T; MODES], rng: &mut R) {
         self.noise = [g.cov; MODES];
         for point in &mut self.points {
-            *point = Point { x: g.mean, mode: random::index(prob.iter().copied(), rng) as u8 };
+            *point = Point { x: g.mean, mode: random::index(prob.iter().copied(), rng).unwrap_or(0) as u8 };
         }
     }
 
@@ -79,7 +79,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const POINTS: usize> Density<
         let before = self.noise;
         for point in &mut self.points {
             let from = usize::from(point.mode);
-            let mode = jump.get(from).map_or(from, |row| random::index(row.iter().copied(), rng));
+            let mode = jump.get(from).and_then(|row| random::index(row.iter().copied(), rng)).unwrap_or(from);
             let mut g = Gaussian::new(point.x, before.get(from).copied().unwrap_or(Symmetric::zeros()));
             modes.advance(mode, &mut g, steps);
             *point = Point { x: g.mean, mode: mode as u8 };
@@ -94,20 +94,11 @@ impl<T: Real, const NX: usize, const MODES: usize, const POINTS: usize> Density<
         candidates: &[u16],
         weights: &mut [T],
     ) -> T {
-        let (mut miss, share) = (T::ZERO, T::ONE / T::from_count(POINTS));
-        for point in &self.points {
+        let share = T::ONE / T::from_count(POINTS);
+        self.points.iter().fold(T::ZERO, |miss, point| {
             let (mode, g) = self.kernel(point);
-            let (innovation, p_detect) = (sight.sensor.model().innovation(&g), sight.p_detect(mode, &g.mean));
-            miss += share * (T::ONE - p_detect * sight.sensor.gate().p_gate());
-            for (number, sum) in candidates.iter().zip(weights.iter_mut()) {
-                let Some(detection) = detections.get(usize::from(*number)) else { break };
-                let density = gated_density(sight.sensor, &g, &innovation, detection);
-                if density > T::ZERO {
-                    *sum += share * p_detect * density;
-                }
-            }
-        }
-        miss
+            miss + weigh_part(sight, (share, mode, &g), detections, candidates, weights)
+        })
     }
 
     fn absorb<S: Sensor<T, NX, NZ>, R: Rng, const NZ: usize>(
@@ -171,18 +162,7 @@ impl<T: Real, const NX: usize, const MODES: usize, const POINTS: usize> Density<
 
     fn combined(&self) -> Gaussian<T, NX> {
         let share = T::ONE / T::from_count(POINTS);
-        let mean = self.points.iter().fold(SVector::zeros(), |sum, point| sum + point.x * share);
-        let mut cov = Symmetric::zeros();
-        for point in &self.points {
-            let (_, g) = self.kernel(point);
-            let d = g.mean - mean;
-            for i in 0..NX {
-                for j in i..NX {
-                    cov.upper_mut()[i][j] += share * (g.cov.upper()[i][j] + d.data.0[0][i] * d.data.0[0][j]);
-                }
-            }
-        }
-        Gaussian::new(mean, cov)
+        Gaussian::moment_match(self.points.iter().map(|point| (share, self.kernel(point).1)))
     }
 
     fn is_valid(&self) -> bool {

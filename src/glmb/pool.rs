@@ -8,6 +8,7 @@
 //! What is kept depends on weights alone, never on the order of arrival, unless weights are exactly equal.
 
 use super::row::ln_add;
+use super::work::COUNTED;
 use crate::order::{sink, sort, swap};
 use crate::scalar::{Real, exp, ln};
 
@@ -101,7 +102,7 @@ impl<T: Real, const LABELS: usize, const HYPS: usize> Pool<T, LABELS, HYPS> {
             let heap = self.all_mut();
             heap.iter_mut().skip(place).take(1).for_each(|last| *last = new);
             while let Some(parent) = place.checked_sub(1).map(|child| child / 2)
-                && heap.get(parent).is_some_and(|p| p.ln_weight > new.ln_weight)
+                && heap.get(parent).is_some_and(|p| heavier(p, &new))
             {
                 swap(heap, place, parent);
                 place = parent;
@@ -109,7 +110,7 @@ impl<T: Real, const LABELS: usize, const HYPS: usize> Pool<T, LABELS, HYPS> {
         } else {
             self.dropped = true;
             if let Some(lightest) = self.all_mut().first_mut()
-                && new.ln_weight > lightest.ln_weight
+                && heavier(&new, lightest)
             {
                 *lightest = new;
                 sink(self.all_mut(), 0, &heavier);
@@ -120,7 +121,11 @@ impl<T: Real, const LABELS: usize, const HYPS: usize> Pool<T, LABELS, HYPS> {
     /// Adds up the weights of equal sets.
     pub(crate) fn merge(&mut self) {
         let all = self.all_mut();
-        sort(all, |a, b| a.tracks() < b.tracks() || a.tracks() == b.tracks() && a.ln_weight > b.ln_weight);
+        sort(all, |a, b| {
+            COUNTED.comparisons.add(1);
+            a.tracks() < b.tracks() || a.tracks() == b.tracks() && a.ln_weight > b.ln_weight
+        });
+        COUNTED.comparisons.add(all.len());
         let mut kept = 0;
         for place in 1..all.len() {
             let Some((before, &[next, ..])) = all.split_at_mut_checked(place).map(|(before, rest)| (before, &*rest)) else { break };
@@ -139,7 +144,10 @@ impl<T: Real, const LABELS: usize, const HYPS: usize> Pool<T, LABELS, HYPS> {
     /// Sorts by weight, heaviest first, and keeps `most` at most, and none below `ln_share` of the heaviest.
     pub(crate) fn cut(&mut self, most: usize, ln_share: T) {
         let all = self.all_mut();
-        sort(all, |a, b| a.ln_weight > b.ln_weight || a.ln_weight == b.ln_weight && a.tracks() < b.tracks());
+        sort(all, |a, b| {
+            COUNTED.comparisons.add(1);
+            a.ln_weight > b.ln_weight || a.ln_weight == b.ln_weight && a.tracks() < b.tracks()
+        });
         let least = all.first().map_or(T::ZERO, |best| best.ln_weight + ln_share);
         let heavy = all.partition_point(|h| h.ln_weight >= least).min(most);
         self.dropped |= heavy < self.count;
@@ -163,12 +171,14 @@ impl<T: Real, const LABELS: usize, const HYPS: usize> Pool<T, LABELS, HYPS> {
     /// Lets all weights sum to one. Returns ln of what they summed to.
     pub(crate) fn normalise(&mut self) -> T {
         let highest = self.all().iter().fold(-T::ONE / T::ZERO, |most, h| if h.ln_weight > most { h.ln_weight } else { most });
-        let ln_sum = highest + ln(self.all().iter().fold(T::ZERO, |sum, h| sum + exp(h.ln_weight - highest)));
-        self.all_mut().iter_mut().for_each(|h| h.ln_weight -= ln_sum);
-        ln_sum
+        let ln_sum = ln(self.all().iter().fold(T::ZERO, |sum, h| sum + exp(h.ln_weight - highest)));
+        // In two steps: the heaviest may be far from one, and its logarithm coarse.
+        self.all_mut().iter_mut().for_each(|h| h.ln_weight = h.ln_weight - highest - ln_sum);
+        highest + ln_sum
     }
 }
 
 fn heavier<T: Real, const LABELS: usize>(a: &Hypothesis<T, LABELS>, b: &Hypothesis<T, LABELS>) -> bool {
+    COUNTED.comparisons.add(1);
     a.ln_weight > b.ln_weight
 }

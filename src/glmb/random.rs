@@ -17,13 +17,13 @@ pub(super) fn uniform<T: Real, R: Rng>(rng: &mut R) -> T {
     T::from_count((rng.next_u32() >> 8) as usize) * T::lit(SCALE)
 }
 
-/// An index by its probability; `weights` need not sum to one. The last where all are zero.
+/// An index by its probability; `weights` need not sum to one. None where all are zero.
 #[inline]
-pub(super) fn index<T: Real, R: Rng>(weights: impl Iterator<Item = T> + Clone, rng: &mut R) -> usize {
+pub(super) fn index<T: Real, R: Rng>(weights: impl Iterator<Item = T> + Clone, rng: &mut R) -> Option<usize> {
     let mut rest = uniform::<T, R>(rng) * weights.clone().fold(T::ZERO, |sum, w| sum + w);
-    let mut last = 0;
+    let mut last = None;
     for (i, w) in weights.enumerate().filter(|(_, w)| *w > T::ZERO) {
-        last = i;
+        last = Some(i);
         rest -= w;
         if rest < T::ZERO {
             break;

@@ -9,8 +9,9 @@
 //! [`KBest`]; Vo, Vo and Phung 2014 (truncation by ranked assignment).
 
 use super::row::{Event, FIRST_HIT, GONE, Limits, MISSED, Problem, Row, Truncation};
+use super::work::COUNTED;
 use crate::association::KBest;
-use crate::scalar::Real;
+use crate::scalar::{Real, is_finite};
 use rand_core::Rng;
 
 /// At most `EVENTS` of every hypothesis, over at most `COLUMNS` columns.
@@ -19,6 +20,7 @@ use rand_core::Rng;
 /// there is no room, those go that are farthest down in their rows. For cost and memory see [`KBest`]; the matrix takes LABELS `COLUMNS`
 /// scalars more.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ranked<const EVENTS: usize, const COLUMNS: usize>;
 
 /// What ranking works on.
@@ -47,6 +49,7 @@ fn fates<T: Real, const GATED: usize>(row: &Row<T, GATED>) -> (u16, u16) {
 
 /// The choice of `row` that is `column`, if it has it.
 fn choice<T: Real, const GATED: usize>(place: usize, row: &Row<T, GATED>, column: Column) -> Option<u16> {
+    COUNTED.looks.add(1 + row.hits().len());
     match column {
         Column::Own(owner) => (usize::from(owner) == place).then(|| fates(row).1),
         Column::Detection(number) => {
@@ -61,12 +64,13 @@ fn columns<T: Real, const GATED: usize, const COLUMNS: usize>(problem: &Problem<
     let mut columns = heapless::Vec::new();
     let mut complete = true;
     let mut add = |column| {
+        COUNTED.looks.add(columns.len());
         if !columns.contains(&column) {
             complete &= columns.push(column).is_ok();
         }
     };
     for (place, row) in problem.rows().enumerate() {
-        if row.outcome(fates(row).1).is_some_and(|o| o.share > T::ZERO) {
+        if row.outcome(fates(row).1).is_some_and(|o| is_finite(o.ln_weight)) {
             add(Column::Own(place as u16));
         }
     }

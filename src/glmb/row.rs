@@ -10,6 +10,7 @@
 //! The weights of a row are divided by their sum, which is kept as a logarithm: products of any number of them stay in
 //! range.
 
+use super::work::COUNTED;
 use crate::order::bring;
 use crate::scalar::{Real, exp, is_finite, larger, ln};
 use rand_core::Rng;
@@ -53,7 +54,7 @@ pub struct Row<T, const GATED: usize> {
     /// The heaviest detections, heaviest first
     hits: heapless::Vec<Outcome<T>, GATED>,
     /// The share of those that there was no room for
-    rest: T,
+    pub(super) rest: T,
     /// ln of the sum of all weights
     pub(crate) ln_total: T,
 }
@@ -80,6 +81,7 @@ impl<T: Real, const GATED: usize> Row<T, GATED> {
         let mut ln_rest = -T::ONE / T::ZERO;
         for (detection, ln_weight) in ln_hits {
             let place = self.hits.partition_point(|other| other.ln_weight >= ln_weight);
+            COUNTED.looks.add(1 + self.hits.len() - place);
             if self.hits.is_full() {
                 let lightest = if place < GATED { self.hits.pop().map_or(ln_weight, |hit| hit.ln_weight) } else { ln_weight };
                 ln_rest = ln_add(ln_rest, lightest);
@@ -93,7 +95,8 @@ impl<T: Real, const GATED: usize> Row<T, GATED> {
         let total = self.outcomes().fold(exp(ln_rest - highest), |sum, o| sum + exp(o.ln_weight - highest));
         let scale = T::ONE / total;
         self.ln_total = highest + ln(total);
-        self.rest = exp(ln_rest - highest) * scale;
+        // Never nothing where there was something, however light.
+        self.rest = if is_finite(ln_rest) { larger(T::LEAST, exp(ln_rest - highest) * scale) } else { T::ZERO };
         self.fates.iter_mut().chain(&mut self.hits).for_each(|o| o.share = exp(o.ln_weight - highest) * scale);
     }
 

@@ -11,6 +11,7 @@ use super::density::Density;
 use super::look::Look;
 use super::pool::Pool;
 use super::row::{NO_TRACK, Row};
+use super::work::COUNTED;
 use crate::scalar::{Real, exp};
 use crate::sensor::Sensor;
 use rand_core::Rng;
@@ -65,6 +66,7 @@ impl<T: Real, D, const SLOTS: usize, const HYPS: usize, const LABELS: usize> Gen
             rows.get(row).and_then(|row| row.outcome(choice)).map_or(NO_TRACK, |o| o.child)
         };
         pool.retain(|hypothesis| {
+            COUNTED.looks.add(3 * hypothesis.tracks().len());
             let wanted = hypothesis.tracks().iter().filter(|number| place(rows, **number) == NO_TRACK).count();
             if *count + wanted + births >= SLOTS {
                 return false;
@@ -115,6 +117,7 @@ impl<T: Real, D, const SLOTS: usize, const HYPS: usize, const LABELS: usize> Gen
         slots.iter_mut().for_each(|slot| slot.weight = T::ZERO);
         for hypothesis in pool.all() {
             let weight = exp(hypothesis.ln_weight);
+            COUNTED.looks.add(hypothesis.tracks().len());
             for track in hypothesis.tracks() {
                 slots.iter_mut().skip(usize::from(*track)).take(1).for_each(|slot| slot.weight += weight);
             }

@@ -3,12 +3,13 @@
 use super::jms_glmb::JmsGlmb;
 use crate::gaussian::Gaussian;
 use crate::glmb::{
-    Density, GONE, Hypothesis, Label, Limits, Look, Pool, Problem, Row, Slot, Truncation, Unexplained, decode, encode, ln_add, ln_total,
+    COUNTED, Density, GONE, Hypothesis, Label, Limits, Look, Pool, Problem, Row, Slot, Truncation, Unexplained, decode, encode, ln_add,
+    ln_total,
 };
 use crate::initiation::locate;
-use crate::mode::ModeSet;
+use crate::mode::{LEAST_PROBABILITY, ModeSet};
 use crate::order::sort;
-use crate::scalar::{Real, exp, larger};
+use crate::scalar::{Real, exp, larger, ln};
 use crate::sensor::Sensor;
 use crate::time::Duration;
 use rand_core::Rng;
@@ -27,10 +28,12 @@ pub(super) struct Births<T, const BIRTHS: usize> {
     pub places: heapless::Vec<u16, BIRTHS>,
     /// By how much the logarithm of the weight of all events is larger with those that there was no room for
     pub ln_given_up: T,
+    /// Those whose density is not sound
+    pub refused: u16,
 }
 
 impl<T: Real, const BIRTHS: usize> Births<T, BIRTHS> {
-    pub const NONE: Self = Self { places: heapless::Vec::new(), ln_given_up: T::ZERO };
+    pub const NONE: Self = Self { places: heapless::Vec::new(), ln_given_up: T::ZERO, refused: 0 };
 }
 
 fn alive<T: Real, const GATED: usize>(rows: &[Row<T, GATED>], place: u16) -> T {
@@ -90,11 +93,15 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, A, const NX: usize, const MODES: usize, 
             if dt > T::ZERO {
                 slot.density.predict(&self.modes, &self.jump, &self.modes.steps(dt), rng);
             }
-            look.write(row, &slot.density, existence);
+            if !look.write(row, &slot.density, existence) {
+                births.refused = births.refused.saturating_add(1);
+                return;
+            }
             if births.places.push(place as u16).is_ok() {
                 return;
             }
             // The least probable of those from detections gives way, or this one.
+            COUNTED.looks.add(3 * births.places.len());
             let others = births.places.iter().copied().skip(self.regions.len());
             let weakest = others.reduce(|a, b| if alive(rows, b) < alive(rows, a) { b } else { a });
             let loser = weakest.filter(|weakest| alive(rows, *weakest) < alive(rows, place as u16)).map_or(place, usize::from);
@@ -117,7 +124,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, A, const NX: usize, const MODES: usize, 
                 let share = adaptive.expected * seed.doubt / doubts;
                 let existence = if share < adaptive.most { share } else { adaptive.most };
                 let g = adaptive.initiation.one_point(M::LAYOUT, &seed.fix);
-                bear(self.regions.len() + usize::from(seed.number), existence, &g, &adaptive.modes, gap.as_secs());
+                bear(self.regions.len() + usize::from(seed.place), existence, &g, &adaptive.modes, gap.as_secs());
             }
         }
         sort(&mut births.places, |a, b| alive(rows, *a) > alive(rows, *b) || alive(rows, *a) == alive(rows, *b) && a < b);
@@ -150,7 +157,8 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, A, const NX: usize, const MODES: usize, 
                     && let Some(row) = rows.get(usize::from(*place))
                 {
                     ln_unborn += row.ln_total;
-                    ln_base += row.outcome(GONE).map_or(none, |o| o.ln_weight);
+                    // One that is born for certain goes all the same: some event must remain.
+                    ln_base += larger(ln(T::lit(LEAST_PROBABILITY)), row.outcome(GONE).map_or(none, |o| o.ln_weight));
                     complete &= row.alive() <= T::ZERO;
                 }
             }
@@ -182,15 +190,16 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, A, const NX: usize, const MODES: usize, 
         if self.adaptive.is_none() {
             return;
         }
-        for number in look.candidates {
+        for (place, number) in look.candidates.iter().enumerate() {
             let Some(detection) = look.detections.get(usize::from(*number)) else { break };
             let Some(fix) = locate(look.sight.sensor.model(), detection) else { continue };
+            COUNTED.looks.add(tracks.len());
             let uses = tracks.iter().filter(|slot| {
                 let (row, choice) = decode::<GATED>(slot.origin);
                 rows.get(row).and_then(|row| row.outcome(choice)?.detection) == Some(*number)
             });
-            let doubt = T::ONE - uses.fold(T::ZERO, |sum, slot| sum + slot.weight);
-            let _ = unexplained.push(Unexplained { number: *number, fix, doubt });
+            let doubt = larger(T::ZERO, T::ONE - uses.fold(T::ZERO, |sum, slot| sum + slot.weight));
+            let _ = unexplained.push(Unexplained { place: place as u16, fix, doubt });
         }
     }
 }

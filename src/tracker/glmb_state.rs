@@ -6,15 +6,15 @@
 //! estimate      the targets of the heaviest hypothesis with n targets, n the most probable number
 //! ```
 
+use crate::association::KBest;
 use crate::gaussian::Gaussian;
 use crate::glmb::{Capacities, Density, Generation, GlmbWork, Hypothesis, Label, Pool, Ranked, Row, Slot, Truncation, Unexplained};
 use crate::scalar::{Real, exp};
-use crate::symmetric::Symmetric;
 use crate::time::Instant;
-use nalgebra::SVector;
 
 /// What is known of one target.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LabelledEstimate<T, const NX: usize, const MODES: usize> {
     /// Which target
     pub label: Label,
@@ -157,13 +157,17 @@ impl<
         })
     }
 
-    /// Every label that any hypothesis has, with what all of them together know of it.
+    /// Every label of more than no probability, with what all hypotheses together know of it.
     pub fn labels<const NX: usize, const MODES: usize>(&self) -> impl Iterator<Item = LabelledEstimate<T, NX, MODES>>
     where
         D: Density<T, NX, MODES>,
     {
         let first = |place: usize, label: Label| self.slots().iter().take(place).all(|slot| slot.label != label);
-        self.slots().iter().enumerate().filter(move |(place, slot)| first(*place, slot.label)).map(|(_, slot)| self.merged(slot.label))
+        let known = move |(place, slot): (usize, &Slot<T, D>)| {
+            let estimate = first(place, slot.label).then(|| self.merged(slot.label));
+            estimate.filter(|estimate| estimate.existence > T::ZERO)
+        };
+        self.slots().iter().enumerate().filter_map(known)
     }
 
     /// The moments of all tracks of a label together.
@@ -173,22 +177,12 @@ impl<
     {
         let existence = self.existence(label);
         let all = || self.slots().iter().filter(|slot| slot.label == label).map(|slot| (slot.weight / existence, &slot.density));
-        let (mut mean, mut modes) = (SVector::zeros(), [T::ZERO; MODES]);
+        let mut modes = [T::ZERO; MODES];
         for (weight, density) in all() {
-            mean += density.combined().mean * weight;
             modes.iter_mut().zip(density.prob()).for_each(|(sum, p)| *sum += weight * p);
         }
-        let mut cov = Symmetric::zeros();
-        for (weight, density) in all() {
-            let g = density.combined();
-            let d = g.mean - mean;
-            for i in 0..NX {
-                for j in i..NX {
-                    cov.upper_mut()[i][j] += weight * (g.cov.upper()[i][j] + d.data.0[0][i] * d.data.0[0][j]);
-                }
-            }
-        }
-        LabelledEstimate { label, existence, state: Gaussian::new(mean, cov), modes }
+        let state = Gaussian::moment_match(all().map(|(weight, density)| (weight, density.combined())));
+        LabelledEstimate { label, existence, state, modes }
     }
 }
 
@@ -204,21 +198,24 @@ impl<
     const DETS: usize,
 > GlmbState<T, D, Ranked<EVENTS, COLUMNS>, SLOTS, HYPS, LABELS, GATED, DETS>
 {
-    /// The most work that a scan can make, none of its detections with a noise or a time of its own.
+    /// The most work that a scan can make after scans of a tracker that keeps `most` hypotheses
+    /// ([`with_limits`](super::JmsGlmb::with_limits)), none of its detections with a noise or a time of its own.
     #[must_use]
-    pub const fn worst_case<const NX: usize, const MODES: usize>() -> GlmbWork
+    pub const fn worst_case<const NX: usize, const MODES: usize>(most: usize) -> GlmbWork
     where
         D: Density<T, NX, MODES>,
     {
         GlmbWork::ranked(Capacities {
             slots: SLOTS,
             hypotheses: HYPS,
+            parents: most,
             labels: LABELS,
             gated: GATED,
             detections: DETS,
             components: D::COMPONENTS,
             events: EVENTS,
             columns: COLUMNS,
+            ranking: KBest::<T, LABELS, COLUMNS, EVENTS>::worst_case(),
         })
     }
 }

@@ -32,7 +32,7 @@
 use super::glmb_cycle::{Arrivals, Births};
 use super::glmb_state::GlmbState;
 use crate::error::{ConfigError, ScanError};
-use crate::glmb::{Adaptive, Density, Look, Mixture, Ranked, Region, Row, Sight, Truncation};
+use crate::glmb::{Adaptive, COUNTED, Density, Look, Mixture, Ranked, Region, Row, Sight, Truncation};
 use crate::initiation::{Initiation, Rule};
 use crate::mode::{JumpMatrix, ModeSet, check_distribution};
 use crate::model::MeasurementModel;
@@ -197,6 +197,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, A, const NX: usize, const MODES: usize, 
     {
         const {
             assert!(SLOTS > LABELS + BIRTHS, "the table must hold one hypothesis, the births of a scan and one more");
+            assert!(DETS + BIRTHS <= 65535, "births are numbered by 16 bits");
             let sensor = <S::Model as MeasurementModel<T, NX, NZ>>::LAYOUT;
             assert!(M::LAYOUT.agrees(sensor), "sensor and modes disagree on where positions stand");
         }
@@ -238,8 +239,13 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, A, const NX: usize, const MODES: usize, 
             report.truncated_mass = truncated(ln_kept, ln_all + births.ln_given_up, LABELS + BIRTHS);
         }
         report.numeric_resets = report.numeric_resets.saturating_add(resets);
+        report.births_refused = births.refused;
         report.births = rows.iter().skip(old.count).filter(|row| row.lives_on()).count() as u16;
-        let unclaimed = |number: &&u16| !rows.iter().any(|row| row.gates(**number));
+        let gates = |row: &Row<T, GATED>, number: u16| {
+            COUNTED.looks.add(row.hits().len());
+            row.gates(number)
+        };
+        let unclaimed = |number: &&u16| !rows.iter().any(|row| gates(row, **number));
         report.detections_unclaimed = selection.indices.iter().filter(unclaimed).count() as u16;
         self.remember(new.tracks(), rows, &look, unexplained);
         (*time, *flipped) = (Some(scan.time), !*flipped);

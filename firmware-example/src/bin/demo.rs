@@ -1,6 +1,7 @@
 //! Recorded radar scans through IMM-JPDAF on the microcontroller: frames in over SPI, tracks out over defmt. Then the same scans
 //! through LMS-JPDAF, which has seven modes and runs the likely ones. Then two aircraft that meet and are one plot for a while, through
-//! the coupled filter and through an IMM-JPDAF that pairs them.
+//! the coupled filter and through an IMM-JPDAF that pairs them; and scans of another radar through a jump-Markov GLMB, to the bits of
+//! the desk.
 //!
 //! `cargo run --release --bin demo` runs it in QEMU and decodes the log. The tracker's configuration and scans are those of the
 //! crate `twin`, so the desk can compute the same; the radar on the bus is its `simulated` one, which now and then makes a mistake.
@@ -14,6 +15,7 @@ use boresight::track::Status;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
 use twin::coupled::{self, Meeting, Memory, Pairs, Tracks};
+use twin::glmb::{self, CHECKSUMS, Checksum, Linear, Scans};
 use twin::radar::{self, DETS, LikelyState, State, TRACKS};
 use twin::simulated::Radar;
 
@@ -26,10 +28,13 @@ fn main() -> ! {
     static mut LIKELY: LikelyState = LikelyState::new();
     static mut COUPLED: Memory = Memory::new();
     static mut PAIRED: Tracks = Tracks::new();
+    static mut SETS: Linear = Linear::new();
     static mut BUFFER: [u8; Wire::FRAME] = [0; Wire::FRAME];
     defmt::info!("boresight demo: {=usize} scans, state of {=usize} bytes", radar::scans(), size_of::<State>());
-    let joint = track(STATE, BUFFER);
-    let passed = match joint.and_then(|joint| Ok([joint, track_by_turns(LIKELY)?, track_as_one(COUPLED, PAIRED)?])) {
+    let mut all = || -> Result<_, twin::Fault> {
+        Ok([track(STATE, BUFFER)?, track_by_turns(LIKELY)?, track_as_one(COUPLED, PAIRED)?, track_sets(SETS)?])
+    };
+    let passed = match all() {
         Ok(confirmed) => confirmed.iter().all(|tracks| *tracks > 0),
         Err(fault) => {
             defmt::error!("{}", defmt::Debug2Format(&fault));
@@ -121,6 +126,38 @@ fn track_as_one(coupled: &mut Memory, paired: &mut Tracks) -> Result<usize, twin
     }
     defmt::info!("coupled filter of {=usize} bytes, tracker of pairs of {=usize}", size_of::<Memory>(), size_of::<Tracks>());
     Ok(if started { paired.estimates().count() } else { 0 })
+}
+
+/// Three targets that come, turn and go in heavy clutter, as a labelled set; returns how many there are in the end, none where the
+/// estimates are not those of the desk.
+fn track_sets(state: &mut Linear) -> Result<usize, twin::Fault> {
+    let (mut form, mut scans) = (glmb::linear()?, Scans::new());
+    let (mut sum, mut targets) = (Checksum::default(), 0);
+    while let Some(scan) = scans.next(false) {
+        let (seconds, plots) = (scan.time.as_micros() / 1_000_000, scan.detections.len());
+        form.step(state, &scan);
+        sum.add(state);
+        let now = state.estimates::<4, 3>().count();
+        if now != targets {
+            let hypotheses = state.hypotheses().count();
+            defmt::info!("{=u64} s  {=usize} targets in {=usize} plots, {=usize} hypotheses", seconds, now, plots, hypotheses);
+        }
+        targets = now;
+    }
+    for target in state.estimates::<4, 3>() {
+        let x = &target.state.mean;
+        defmt::info!(
+            "{}  exists with {=f32}  flies straight with {=f32}  position ({=f32}, {=f32}) m",
+            target.label,
+            target.existence,
+            target.modes[0],
+            x[0],
+            x[2]
+        );
+    }
+    let same = sum == CHECKSUMS[0];
+    defmt::info!("labelled sets: the bits of the desk: {=bool}, state of {=usize} bytes", same, size_of::<Linear>());
+    Ok(if same { targets } else { 0 })
 }
 
 firmware_example::reporting!();

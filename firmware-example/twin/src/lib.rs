@@ -106,13 +106,20 @@ pub struct Memory {
     coupled: coupled::Memory,
     apart: coupled::Memory<NoCross>,
     pairs: coupled::Tracks,
+    sets: glmb::Forms,
 }
 
 impl Memory {
     /// All zero bits.
     #[must_use]
     pub const fn new() -> Self {
-        Self { radar: radar::Memory::new(), coupled: coupled::Memory::new(), apart: coupled::Memory::new(), pairs: coupled::Tracks::new() }
+        Self {
+            radar: radar::Memory::new(),
+            coupled: coupled::Memory::new(),
+            apart: coupled::Memory::new(),
+            pairs: coupled::Tracks::new(),
+            sets: glmb::Forms::new(),
+        }
     }
 }
 
@@ -121,8 +128,9 @@ impl Memory {
 /// # Errors
 /// Where a configuration here is wrong.
 pub fn run<S: Sink>(sink: &mut S, memory: &mut Memory) -> Result<(), Fault> {
-    let Memory { radar, coupled, apart, pairs } = memory;
+    let Memory { radar, coupled, apart, pairs, sets } = memory;
     radar::run(sink, radar)?;
     kernels::run(sink)?;
-    coupled::run(sink, coupled, apart, pairs)
+    coupled::run(sink, coupled, apart, pairs)?;
+    glmb::run(sink, sets)
 }

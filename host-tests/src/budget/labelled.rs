@@ -7,7 +7,7 @@ use super::table::{ms, row};
 use crate::Failure;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
-use twin::glmb::{Linear, Points, Sigma};
+use twin::glmb::{Linear, MOST, Points, Sigma};
 
 /// What the image exports, in the order of the sizes in `STATES`; and what it is.
 const FORMS: [(&str, &str); 3] = [
@@ -61,7 +61,7 @@ pub fn render(text: &mut String, forms: &IndexMap<String, Form>) {
          | jump-Markov GLMB | RAM | stack | instructions/k mean | worst | cycles/k mean | worst | ms worst | bound: steps/k |\n\
          |---|--:|--:|--:|--:|--:|--:|--:|--:|\n",
     );
-    let most = [Linear::worst_case::<4, 3>(), Sigma::worst_case::<5, 2>(), Points::worst_case::<5, 2>()];
+    let most = [Linear::worst_case::<4, 3>(MOST), Sigma::worst_case::<5, 2>(MOST), Points::worst_case::<5, 2>(MOST)];
     for ((_, name), most) in FORMS.iter().zip(most) {
         let Some(Form { ram, stack, load }) = forms.get(*name) else { continue };
         let kilo = [load.mean_instructions, load.worst_instructions, load.mean_cycles, load.worst_cycles, most.steps()];

@@ -5,6 +5,7 @@ mod association;
 mod counting;
 mod coupled;
 mod fusion;
+mod labelled;
 mod trackers;
 
 use std::error::Error;

@@ -79,7 +79,7 @@ where
         take_operations();
         let tracks = self.tracker.tracks(&self.state).count() as u64;
         let Ok(report) = self.tracker.step(&mut self.state, &self.sensor, scan) else { return false };
-        let Asked { predictions, innovations, residuals, fixes, differences } = take();
+        let Asked { predictions, innovations, residuals, differences, fixes } = take();
         let pairings = u64::from(report.births) + u64::from(report.births_refused);
         let seen = Work {
             predictions,
@@ -93,6 +93,7 @@ where
             corrections: predictions,
             comparisons: tracks * tracks.saturating_sub(1) / 2,
             looks: pairings * (2 * self.room.tracks as u64 + 1),
+            as_one: differences,
         };
         let most = self.formula;
         for (kind, seen, most, worst) in [
@@ -128,8 +129,17 @@ where
     fn new(room: Room, formula: Work) -> Result<Self, Box<dyn std::error::Error>> {
         let Unresolving { sensor, resolution } = room.coarse::<STRIDE>()?;
         let sensor = Unresolving { sensor: sensor.with_model(Counting(sensor.model)), resolution };
-        let (unresolving, worst) = (formula.as_one > 0, Work::imm_pdaf(0, 0, 0));
-        Ok(Self { tracker: K::new()?, sensor, state: Box::default(), room, unresolving, formula, worst, taken: Vec::new() })
+        let unresolving = formula.as_one > 0;
+        Ok(Self {
+            tracker: K::new()?,
+            sensor,
+            state: Box::default(),
+            room,
+            unresolving,
+            formula,
+            worst: Work::imm_pdaf(0, 0, 0),
+            taken: Vec::new(),
+        })
     }
 
     /// Scans of any number of detections, near and far from each other, with clutter of known and of unknown density.

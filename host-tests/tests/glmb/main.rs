@@ -5,6 +5,7 @@ mod capacity;
 mod counting;
 mod enumeration;
 mod exact;
+mod extremes;
 mod forms;
 mod properties;
 mod refusal;

@@ -33,7 +33,7 @@ fn crowd<D: Density<f64, 4, 2>>() -> Outcome {
     let model = Counting(Position::<f64, 2, 2>::new(Symmetric::from_diagonal([25.0; 2]))?);
     let sensor = UniformSensor::new(model, 0.7, Clutter::Poisson(1e-3), Gate::new::<2>(1e4)?)?;
     let (mut state, mut rng) = (Box::new(Memory::<D>::new()), ChaCha8Rng::seed_from_u64(1));
-    let most = Memory::<D>::worst_case::<4, 2>();
+    let most = Memory::<D>::worst_case::<4, 2>(usize::MAX);
     let most = [most.predictions, most.innovations, most.residuals];
     let mut seen = [0; 3];
     take();

@@ -17,15 +17,14 @@ pub struct Asked {
     pub innovations: u64,
     /// Residuals of measurements
     pub residuals: u64,
+    /// Differences of predicted measurements
+    pub differences: u64,
     /// Measurements traced back to a position
     pub fixes: u64,
-    /// Differences of two predicted measurements
-    pub differences: u64,
 }
 
 thread_local! {
-    static ASKED: Cell<Asked> =
-        const { Cell::new(Asked { predictions: 0, innovations: 0, residuals: 0, fixes: 0, differences: 0 }) };
+    static ASKED: Cell<Asked> = const { Cell::new(Asked { predictions: 0, innovations: 0, residuals: 0, differences: 0, fixes: 0 }) };
 }
 
 /// What the models of this thread have been asked since the last call.
