@@ -93,7 +93,6 @@ where
             corrections: predictions,
             comparisons: tracks * tracks.saturating_sub(1) / 2,
             looks: pairings * (2 * self.room.tracks as u64 + 1),
-            as_one: differences,
         };
         let most = self.formula;
         for (kind, seen, most, worst) in [
