@@ -1,7 +1,7 @@
 //! Puts the board's `memory.x` where the linker looks and passes the linker scripts; tells the image `tracker` which tracker.
 //!
 //! ```text
-//! BORESIGHT_TRACKER    KIND STATESxMODES TRACKSxDETS [NODES]      "imm-jpda 4x3 16x32 64" if not set
+//! BORESIGHT_TRACKER    KIND STATESxMODES TRACKSxDETS [NODES [PAIRS]]      "imm-jpda 4x3 16x32 64" if not set
 //! BORESIGHT_MOST_RAM   bytes that the tracker's state may have    all of the board's if not set
 //! ```
 
@@ -53,21 +53,28 @@ fn configuration(tracker: &str, most_ram: &str) -> Option<String> {
         "6x2" => ("Accelerating", 6, 2),
         _ => return None,
     };
+    let coarse = kind == "merging-jpda";
     let (tracker, state) = match (kind, words.next()) {
         ("imm-pdaf", None) => ("ImmPdaf<f32, Modes, NX, MODES, TRACKS, DETS>".into(), "State<f32, NX, MODES, TRACKS, DETS>".into()),
         ("imm-jpda", Some(nodes)) => (
             format!("ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
             format!("JointState<f32, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
         ),
+        ("merging-jpda", Some(nodes)) => {
+            let joint = format!("MergingJpda<{nodes}, {}>", words.next()?);
+            (format!("ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, {joint}>"), format!("JointState<f32, NX, MODES, TRACKS, DETS, {joint}>"))
+        }
         ("lms-jpda", Some(nodes)) => (
             format!("LmsJpda<f32, Modes, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
             format!("LmsState<f32, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
         ),
         _ => return None,
     };
+    let (sensor, make) = if coarse { ("Coarse", "coarse") } else { ("Sensor", "sensor") };
     Some(format!(
         "#[allow(unused_imports)]\n\
-         use boresight::{{association::Jpda, tracker}};\n\
+         use boresight::{{association::{{Jpda, MergingJpda}}, error::ConfigError, tracker}};\n\
+         use twin::load::{{self, Room}};\n\
          pub const NX: usize = {nx};\n\
          pub const MODES: usize = {mode_count};\n\
          pub const TRACKS: usize = {tracks};\n\
@@ -75,6 +82,9 @@ fn configuration(tracker: &str, most_ram: &str) -> Option<String> {
          pub const MOST_RAM: usize = {most_ram};\n\
          type Modes = twin::loaded::{modes};\n\
          pub type Tracker = tracker::{tracker};\n\
-         pub type State = tracker::{state};\n"
+         pub type State = tracker::{state};\n\
+         pub type Sensor = load::{sensor}<{{ NX / 2 }}>;\n\
+         pub const UNRESOLVING: bool = {coarse};\n\
+         pub fn sensor(room: Room) -> Result<Sensor, ConfigError> {{\n    room.{make}()\n}}\n"
     ))
 }

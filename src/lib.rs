@@ -72,7 +72,7 @@
 //!
 //! # Layers
 //!
-//! A module uses those above it only.
+//! A module uses those above it only, but for identity and status of a track, which `scan` tells.
 //!
 //! | module | what it holds |
 //! |---|---|

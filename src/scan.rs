@@ -261,6 +261,7 @@ impl Report {
         self.clusters_approximated = completeness.approximated;
         self.clusters_infeasible = completeness.infeasible;
         self.association_error_bound = completeness.error_bound;
+        self.pairs_refused = self.pairs_refused.saturating_add(completeness.pairs_refused);
     }
 
     /// Whether nothing was given up for want of room or precision.

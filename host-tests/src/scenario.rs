@@ -1,6 +1,6 @@
 //! The published scenarios: a table of names, and what every one of them takes and gives.
 //!
-//! A scenario is a module `scenario/NAME.rs` with a [`Scenario`] constant; it registers by its entry in
+//! A scenario is a module `scenario/NAME` with a [`Scenario`] constant; it registers by its entry in
 //! [`SCENARIOS`]. Its `run` receives an [`Order`] (runs, seed, precision, chosen filters) and returns an
 //! [`Outcome`]: metrics of each filter, in the order of the table, and pictures comparable with the
 //! paper's figures. This file does the rest: choosing filters by name, the result file, the table on
@@ -9,6 +9,8 @@
 //! Result file: `{"scenario", "runs", "seed", "precision", "filters": [{"name", "metrics": {..}}]}`;
 //! metrics are numbers in SI units, or null where they are not defined.
 
+mod draw;
+mod filter;
 mod gomes;
 mod jeong_tugnait;
 mod jms_glmb;

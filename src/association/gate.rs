@@ -7,7 +7,7 @@
 //! ```
 
 use crate::error::ConfigError;
-use crate::scalar::{Real, erf, exp, sqrt};
+use crate::scalar::{Real, erf, exp, larger, sqrt};
 
 /// A gate for measurements of one dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,8 @@ impl<T: Real> Gate<T> {
             n += 2;
             term *= half / (T::from_count(n) * T::lit(0.5));
         }
-        Ok(Self { threshold, p_gate: p, unit_volume: volume, dimension: NZ as u8 })
+        // Of a small gate the differences may leave less than nothing.
+        Ok(Self { threshold, p_gate: larger(p, T::ZERO), unit_volume: volume, dimension: NZ as u8 })
     }
 
     /// The same gate with P_G given, where a source states its own.
@@ -113,6 +114,13 @@ mod tests {
         assert!(gate::<2>(4.0).is_ok_and(|(_, v)| (v - 4.0 * pi).abs() < 1e-12));
         assert!(gate::<3>(4.0).is_ok_and(|(_, v)| (v - 32.0 / 3.0 * pi).abs() < 1e-12));
         assert!(gate::<4>(4.0).is_ok_and(|(_, v)| (v - 8.0 * pi * pi).abs() < 1e-11));
+        // In single precision, where rounding is more than what is left.
+        for k in 1..400 {
+            let threshold = 1e-4 * k as f32;
+            for p in [Gate::new::<3>(threshold), Gate::new::<4>(threshold), Gate::new::<6>(threshold)] {
+                assert!(p.is_ok_and(|gate| (0.0..=1.0).contains(&gate.p_gate())), "{threshold}");
+            }
+        }
         assert_eq!(gate::<2>(0.0), Err(ConfigError::NotPositive));
         assert_eq!(gate::<2>(f64::NAN), Err(ConfigError::NotFinite));
     }

@@ -117,6 +117,13 @@ pub struct JpdaMemory<T, const TRACKS: usize, const DETS: usize, const NODES: us
     assignment: Assignment<T, TRACKS, DETS>,
 }
 
+impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize> JpdaMemory<T, TRACKS, DETS, NODES> {
+    /// The cluster of every row, named by its first row, as associated last.
+    pub(super) fn clusters(&self) -> &[u16; TRACKS] {
+        &self.partition.label
+    }
+}
+
 impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize> Associator<T, TRACKS, DETS> for Jpda<NODES> {
     type Memory = JpdaMemory<T, TRACKS, DETS, NODES>;
 

@@ -127,6 +127,8 @@ pub struct Completeness {
     pub infeasible: u16,
     /// The largest error bound of a bounded cluster, rounding included; 0 if there is none
     pub error_bound: f32,
+    /// Pairs of tracks that count as resolved because their cluster has too many
+    pub pairs_refused: u16,
 }
 
 impl Completeness {
@@ -136,11 +138,12 @@ impl Completeness {
         self.approximated = self.approximated.max(other.approximated);
         self.infeasible = self.infeasible.max(other.infeasible);
         self.error_bound = larger(self.error_bound, other.error_bound);
+        self.pairs_refused = self.pairs_refused.max(other.pairs_refused);
     }
 
     /// Whether all probabilities are those of all joint events.
     #[must_use]
     pub fn is_exact(&self) -> bool {
-        self.bounded == 0 && self.approximated == 0 && self.infeasible == 0
+        self.bounded == 0 && self.approximated == 0 && self.infeasible == 0 && self.pairs_refused == 0
     }
 }

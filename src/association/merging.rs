@@ -3,23 +3,22 @@
 //! ```text
 //! resolved     every track has a detection of its own or none, by weight (1 − P_u) Π h, Π m
 //! as one       two tracks t, u have detection j together, by weight g_j, or none, by g_0;  the others as ever
-//! Z_o          Σ weights of the events of the others alone
-//! Z_r / Z_o  = m_t m_u / (β_t0 β_u0|t0)        from β_t0 among all, and β_u0 where t has none
-//! Z_1 / Z_o  = g_0 / γ_0                       from the probabilities γ of one row g in the place of both
-//! P(as one)  = Z_1 / (Z_1 + (1 − P_u) Z_r),   β ← P(resolved) β + P(as one) γ
+//! S            the pairs that are one, of those of a cluster:  β = Σ_S P(S) β(S)
+//! β(S)         of one association, with the row g for that of t and an empty row for that of u, for every pair (t, u) in S
+//! P(S)       ∝ Z(S) Π (1 − P_u) of the pairs not in S,   Z(S) the sum of all weights
+//! Z(S + p) / Z(S) = [β_t0(S) / m_t] [β_u0(S, t empty) / m_u] [g_0 / β_t0(S + p)]
 //! ```
 //!
-//! Any exact association gives the sums of all weights by what it says of "none": three associations serve one pair, two more every
-//! further one. For one pair in a cluster that is exact. Of several in one cluster each is weighed while the others count as resolved,
-//! and the probabilities of all other tracks are mixed by one pair after the other.
+//! Any exact association gives the ratios of such sums by what it says of "none". So the sets S are walked through, one pair joining
+//! or leaving at a time (a Gray code), with two associations a step; clusters that share nothing walk at the same time (`subsets.rs`).
+//! A cluster may have up to four pairs, so that the walk has an end in time; of more, the last count as resolved, and are reported.
 
 use super::jpda::{Jpda, JpdaMemory};
-use super::matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
-use crate::scalar::{Real, is_finite, larger};
+use super::matrix::{AssociationMatrix, Associator, Completeness, Domain};
+use super::subsets::{self, Stage};
+use super::work::count;
+use crate::scalar::{Real, larger};
 use heapless::Vec;
-
-/// Weights this small count for nothing but that the detection is somebody's, which diffuse clutter asks.
-const TRACE: f64 = 1e-12;
 
 /// Where detection is certain this much doubt is put: "none" must be possible for the sums to be told by it.
 const LEAST_MISS: f64 = 1e-6;
@@ -31,12 +30,30 @@ pub struct UnresolvedPair<T, const DETS: usize> {
     pub rows: [u16; 2],
     /// 1 − P_u, the prior probability that they are resolved
     pub resolved: T,
-    /// β_t0 of the first while all are resolved; to be left to the association
-    pub alone: T,
-    /// The weight g_0, then the probability, of "they are one, and not detected"
+    /// What they weigh as one: g_0, not detected, and g_j, detection j is of both
+    pub weight: PairRow<T, DETS>,
+    /// The probabilities of the same, after the association
+    pub probability: PairRow<T, DETS>,
+    /// β_t0 of the first while all are resolved
+    pub(super) alone: T,
+}
+
+/// No detection, and every one.
+#[derive(Clone, Copy, Debug)]
+pub struct PairRow<T, const DETS: usize> {
+    /// None
     pub miss: T,
-    /// The weights g_j, then the probabilities, of "they are one, and detection j is of both"
+    /// Detection j
     pub hit: [T; DETS],
+}
+
+impl<T: Real, const DETS: usize> UnresolvedPair<T, DETS> {
+    /// The tracks in `rows`, which are resolved with probability `resolved` and weigh `miss` and `hit` as one.
+    #[must_use]
+    pub const fn new(rows: [u16; 2], resolved: T, miss: T, hit: [T; DETS]) -> Self {
+        let none = PairRow { miss: T::ZERO, hit: [T::ZERO; DETS] };
+        Self { rows, resolved, weight: PairRow { miss, hit }, probability: none, alone: T::ONE }
+    }
 }
 
 /// The pairs of a scan.
@@ -46,11 +63,15 @@ pub type UnresolvedPairs<T, const DETS: usize> = heapless::VecView<UnresolvedPai
 ///
 /// In [`ImmJpda`](crate::tracker::ImmJpda) this is all it takes besides a sensor that states its [resolution](crate::sensor::Sensor::resolution): tracks that
 /// come close are paired, the closest first and each once, and are two again when they part. Pairs beyond `PAIRS` stay resolved, and the report counts them.
-/// [`LmsJpda`](crate::tracker::LmsJpda) makes no pairs.
+/// [`LmsJpda`](crate::tracker::LmsJpda) makes no pairs: it chooses modes by how well a track's own detections fit
+/// them, which is not defined for one that two tracks share. With this association it does what it does with [`Jpda`].
 ///
-/// Memory: two matrices more than `Jpda`, and DETS + 4 scalars a pair. Cost: 1 + 2 p associations with p pairs, and about
-/// 5 p TRACKS DETS operations.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Exact wherever [`Jpda`] is. So are the probabilities of several pairs in a cluster: of up to four, the others stay resolved and
+/// are counted, too.
+///
+/// Memory: two matrices more than `Jpda`, and 2 DETS + 5 scalars a pair. Cost: 3, 7, 15 or 31 associations where the most pairs that
+/// any cluster has are 1, 2, 3 or 4; all but the first leave clusters without pairs alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MergingJpda<const NODES: usize, const PAIRS: usize>(Jpda<NODES>);
 
@@ -59,6 +80,14 @@ impl<const NODES: usize, const PAIRS: usize> MergingJpda<NODES, PAIRS> {
     #[must_use]
     pub const fn new(jpda: Jpda<NODES>) -> Self {
         Self(jpda)
+    }
+
+    /// The most steps that associating `tracks` rows with `detections` columns can take: with n associations of A steps, T rows and
+    /// M columns, n (A + 3 T M), and 2 PAIRS T M to find the clusters of pairs; n = 2^(min(PAIRS, 4) + 1) − 1.
+    #[must_use]
+    pub const fn worst_case(tracks: usize, detections: usize) -> u64 {
+        let weights = tracks as u64 * detections as u64;
+        subsets::associations(PAIRS) * (Jpda::<NODES>::worst_case(tracks, detections) + 3 * weights) + 2 * PAIRS as u64 * weights
     }
 }
 
@@ -95,66 +124,37 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize, const 
             return self.0.associate(matrix, jpda);
         }
         for pair in pairs.iter_mut() {
-            pair.miss = larger(pair.miss, T::lit(LEAST_MISS) * (T::ONE - pair.resolved));
+            pair.weight.miss = larger(pair.weight.miss, T::lit(LEAST_MISS) * (T::ONE - pair.resolved));
             for row in pair.rows {
                 if let Some((miss, _)) = matrix.row_mut(usize::from(row)) {
                     *miss = larger(*miss, T::lit(LEAST_MISS));
                 }
             }
         }
+        count(TRACKS * matrix.columns());
         weights.copy_from(matrix);
         let mut completeness = self.0.associate(matrix, jpda);
-        let miss = |matrix: &AssociationMatrix<T, TRACKS, DETS>, row: u16| matrix.miss.get(usize::from(row)).copied().unwrap_or(T::ONE);
         for pair in pairs.iter_mut() {
-            pair.alone = miss(matrix, pair.rows[0]);
+            pair.alone = subsets::none(matrix, pair.rows[0]);
         }
-        for pair in pairs.iter_mut() {
-            let [first, second] = pair.rows;
-            other.copy_from(weights);
-            clear(other, first);
-            completeness.join(self.0.associate(other, jpda));
-            // P_u Z_1 over (1 − P_u) Z_r, factor by factor: the sums themselves may leave the range.
-            let odds = (pair.alone / miss(weights, first)) * (miss(other, second) / miss(weights, second)) / pair.resolved;
-            other.copy_from(weights);
-            clear(other, second);
-            clear(other, first);
-            if let Some((miss, hit)) = other.row_mut(usize::from(first)) {
-                *miss = pair.miss;
-                for (h, g) in hit.iter_mut().zip(&pair.hit) {
-                    *h += *g;
-                }
+        let clusters = subsets::clusters(jpda.clusters(), weights, pairs);
+        completeness.pairs_refused = subsets::thin_out(pairs, &clusters);
+        let mut walks = subsets::walks::<T, TRACKS, DETS, PAIRS>(pairs, &clusters);
+        for step in 1..1usize << subsets::TOGETHER {
+            if !walks.iter().any(|walk| walk.goes_on(step)) {
+                break;
             }
-            completeness.join(self.0.associate(other, jpda));
-            let odds = odds * (pair.miss / miss(other, first));
-            // Without end where the resolved events are impossible; no number where both are, which tells nothing.
-            let certain = if odds > T::ONE { T::ONE } else { T::ZERO };
-            let as_one = if is_finite(odds) { odds / (T::ONE + odds) } else { certain };
-            pair.miss = as_one * miss(other, first);
-            pair.hit = [T::ZERO; DETS];
-            if let Some((_, gamma)) = other.row(usize::from(first)) {
-                for (g, gamma) in pair.hit.iter_mut().zip(gamma) {
-                    *g = as_one * *gamma;
-                }
-            }
-            for row in 0..TRACKS {
-                let own = row == usize::from(first) || row == usize::from(second);
-                let Some(((beta_0, beta), (gamma_0, gamma))) = matrix.row_mut(row).zip(other.row(row)) else { continue };
-                let share = if own { T::ZERO } else { as_one };
-                *beta_0 += share * gamma_0 - as_one * *beta_0;
-                for (beta, gamma) in beta.iter_mut().zip(gamma) {
-                    *beta += share * *gamma - as_one * *beta;
+            for stage in [Stage::Between, Stage::Changed] {
+                subsets::compose(other, weights, pairs, &walks, &clusters, step, stage);
+                completeness.join(self.0.associate(other, jpda));
+                for walk in walks.iter_mut().filter(|walk| walk.goes_on(step)) {
+                    match stage {
+                        Stage::Between => walk.leave(step, other, weights, pairs),
+                        Stage::Changed => walk.arrive(step, other, weights, pairs, &clusters, matrix),
+                    }
                 }
             }
         }
         completeness
-    }
-}
-
-/// Leaves a track nothing but no detection.
-fn clear<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut AssociationMatrix<T, TRACKS, DETS>, track: u16) {
-    let share = if matrix.clutter == ClutterPrior::Diffuse { T::lit(TRACE) } else { T::ZERO };
-    if let Some((miss, hit)) = matrix.row_mut(usize::from(track)) {
-        *miss = T::ONE;
-        hit.iter_mut().for_each(|h| *h *= share);
     }
 }

@@ -14,6 +14,7 @@ mod partition;
 mod scaling;
 mod single;
 mod small;
+mod subsets;
 mod sweep;
 mod work;
 
@@ -23,7 +24,7 @@ pub use gnn::Gnn;
 pub use jpda::{Jpda, JpdaMemory};
 pub use k_best::KBest;
 pub use matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
-pub use merging::{MergingJpda, MergingMemory, UnresolvedPair, UnresolvedPairs};
+pub use merging::{MergingJpda, MergingMemory, PairRow, UnresolvedPair, UnresolvedPairs};
 pub use single::{NearestNeighbour, Pda, PrintedPda, SingleAssociator};
 #[cfg(feature = "count")]
 pub use work::take_operations;

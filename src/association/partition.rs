@@ -27,7 +27,7 @@ const WORD: usize = 32;
 #[derive(Clone, Debug)]
 pub(super) struct Partition<T, const TRACKS: usize, const DETS: usize> {
     /// The cluster of every row, named by its first row
-    label: [u16; TRACKS],
+    pub label: [u16; TRACKS],
     /// One word of every row's mask: the first, if there is no other
     mask: [u32; TRACKS],
     /// The sum of every row, 1 where they are logarithms
@@ -213,7 +213,7 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Partition<T, TRACKS, DETS>
 
 /// Makes one cluster of those of two rows.
 #[inline(always)]
-fn join<const TRACKS: usize>(label: &mut [u16; TRACKS], s: usize, t: usize) {
+pub(super) fn join<const TRACKS: usize>(label: &mut [u16; TRACKS], s: usize, t: usize) {
     let (Some(a), Some(b)) = (label.get(s).copied(), label.get(t).copied()) else { return };
     if a != b {
         count(TRACKS);

@@ -19,7 +19,7 @@ pub trait SingleAssociator<T: Real> {
     /// Whether β are proportional to the weights: scoring, association and update can then be one pass.
     const PROPORTIONAL: bool = false;
 
-    /// Replaces `hit` by probabilities β_1… and returns β_0. All weights zero give β_0 = 1.
+    /// Replaces `hit` by probabilities β_1… and returns β_0. All weights zero, or with a sum that is not finite, give β_0 = 1.
     fn associate(&self, miss: T, hit: &mut [T]) -> T;
 }
 
@@ -57,7 +57,7 @@ impl<T: Real> SingleAssociator<T> for Pda {
             sum += *h;
         }
         let scale = T::ONE / sum;
-        if !(sum > T::ZERO && scale.is_finite()) {
+        if !(scale > T::ZERO && scale.is_finite()) {
             hit.fill(T::ZERO);
             return T::ONE;
         }
@@ -87,5 +87,20 @@ impl<T: Real> SingleAssociator<T> for NearestNeighbour {
             }
         }
         beta_0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_that_make_no_sum_leave_the_track_undetected() {
+        for (miss, hits) in
+            [(0.0, [0.0; 2]), (0.5, [f32::INFINITY, 1.0]), (0.5, [f32::MAX; 2]), (0.5, [f32::NAN, 1.0]), (f32::NAN, [1.0; 2])]
+        {
+            let mut beta = hits;
+            assert_eq!((Pda.associate(miss, &mut beta), beta), (1.0, [0.0; 2]), "{miss}, {hits:?}");
+        }
     }
 }

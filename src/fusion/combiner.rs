@@ -81,7 +81,7 @@ pub struct FusionReport {
     pub parted: u16,
     /// Tracks beyond the capacity of a list
     pub tracks_dropped: u16,
-    /// Tracks that are not sound, tell an identity twice, or found all fused tracks taken
+    /// Tracks that are not sound, tell an identity twice, or found all fused tracks taken, or all identities given
     pub tracks_refused: u16,
     /// Lists that were too old
     pub lists_expired: u16,
@@ -326,7 +326,7 @@ fn entry<T: Real, const N: usize>(matrix: &[[T; N]; N], row: usize, column: usiz
     matrix.get(row).and_then(|row| row.get(column)).copied().unwrap_or(T::ONE / T::ZERO)
 }
 
-/// Gives identities to what is new.
+/// Gives identities to what is new. When all have been given, nothing new is made.
 fn conclude<T: Real, const NX: usize, const MODES: usize, const SENSORS: usize, const TRACKS: usize>(
     picture: &mut FusedPicture<T, NX, MODES, SENSORS, TRACKS>,
     report: &mut FusionReport,
@@ -334,9 +334,46 @@ fn conclude<T: Real, const NX: usize, const MODES: usize, const SENSORS: usize, 
     let FusedPicture { fused, ids, .. } = picture;
     for fused in fused.iter_mut().filter(|fused| !fused.is_empty()) {
         if fused.id == 0 {
-            fused.id = ids.next().map_or(0, TrackId::number);
+            let Some(id) = ids.next() else {
+                *fused = FusedTrack::FREE;
+                report.tracks_refused = report.tracks_refused.saturating_add(1);
+                continue;
+            };
+            fused.id = id.number();
             report.created = report.created.saturating_add(1);
         }
         report.tracks = report.tracks.saturating_add(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::motion::{ConstantVelocity, ProcessNoise};
+    use crate::symmetric::Symmetric;
+    use crate::track::Identities;
+    use nalgebra::SVector;
+
+    #[test]
+    fn without_identities_left_nothing_new_is_made_and_that_is_told() {
+        let model = ConstantVelocity::<f32, 1>::new(ProcessNoise::Discrete(1.0));
+        let limits = Limits { join: 9.0, part: 16.0, max_age: Duration::from_millis(5000) };
+        let combiner = model.and_then(|model| Combiner::new([model], [[1.0]], Rule::NaiveConvex, limits));
+        let mut picture = FusedPicture::<f32, 2, 1, 1, 4>::new();
+        picture.ids = Identities::after(u32::MAX - 1);
+        let at = |x: f32| ModeBank::new([1.0], Gaussian::new(SVector::from([x, 0.0]), Symmetric::from_diagonal([1.0; 2])));
+        let (near, far) = (at(0.0), at(1000.0));
+        let mut ids = Identities::new();
+        let list = [&near, &far].map(|bank| (ids.next(), bank));
+        let tracks = || list.iter().filter_map(|(id, bank)| Some(((*id)?, *bank)));
+        for created in [1, 0] {
+            let report = combiner.as_ref().ok().map(|combiner| {
+                let taken = combiner.receive(&mut picture, 0, &Frame::COMMON, Instant::ZERO, tracks());
+                (taken, combiner.update(&mut picture))
+            });
+            let seen = report.map(|(taken, r)| (taken, r.tracks, r.created, r.tracks_refused, r.is_complete()));
+            assert_eq!(seen, Some((Ok(()), 1, created, 1, false)));
+            assert_eq!(picture.tracks().count(), 1);
+        }
     }
 }

@@ -120,5 +120,5 @@ pub(super) fn is_beyond<T: Real, const NX: usize>(a: &Gaussian<T, NX>, b: &Gauss
 
 /// Whether entry `i` is a position or a velocity, or nothing is known of the layout.
 fn is_compared(layout: Layout, i: usize) -> bool {
-    layout.axes == 0 || (i < layout.axes * layout.stride && i % layout.stride.max(1) < 2)
+    layout.axes == 0 || (i < layout.states() && i % layout.stride.max(1) < 2)
 }

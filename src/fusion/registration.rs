@@ -65,7 +65,7 @@ impl<T: Real> Frame<T> {
     /// Brings `g` from this frame to the common one. Cost: about 2 NX³ multiply-adds.
     pub fn register<const NX: usize>(&self, g: &mut Gaussian<T, NX>, layout: Layout) {
         // The axis that an entry belongs to, and of which derivative it is.
-        let place = |i: usize| (i < layout.axes * layout.stride).then(|| (i / layout.stride, i % layout.stride));
+        let place = |i: usize| (i < layout.states()).then(|| (i / layout.stride, i % layout.stride));
         let rotation = [[self.cos, -self.sin], [self.sin, self.cos]];
         let turn = SMatrix::<T, NX, NX>::from_fn(|i, j| match (place(i), place(j)) {
             (Some((a @ 0..2, k)), Some((b @ 0..2, l))) if k == l && layout.axes >= 2 => rotation[a][b],
@@ -74,7 +74,7 @@ impl<T: Real> Frame<T> {
         g.mean = turn * g.mean;
         let x = |i: usize| g.mean.get(i).copied().unwrap_or(T::ZERO);
         let lever = SVector::<T, NX>::from_fn(|i, _| match place(i) {
-            Some((0, _)) if layout.axes >= 2 => -x(i + layout.stride),
+            Some((0, _)) if layout.axes >= 2 => -x(i.saturating_add(layout.stride)),
             Some((1, _)) => x(i - layout.stride),
             _ => T::ZERO,
         });
@@ -93,5 +93,24 @@ impl<T: Real> Frame<T> {
     /// Brings every mode of `bank` to the common frame; mode probabilities know no frame.
     pub fn register_bank<const NX: usize, const MODES: usize>(&self, bank: &mut ModeBank<T, NX, MODES>, layout: Layout) {
         bank.modes.iter_mut().for_each(|g| self.register(g, layout));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_layout_beyond_all_states_overflows_nothing() {
+        for (axes, stride) in [(usize::MAX, 2), (2, usize::MAX), (usize::MAX, usize::MAX), (3, 0)] {
+            let layout = Layout { axes, stride };
+            assert!(!layout.fits(4));
+            let mut g = Gaussian::new(SVector::from([1.0f32, 2.0, 3.0, 4.0]), Symmetric::from_diagonal([1.0; 4]));
+            let frame = Frame::new([10.0, 20.0, 0.0], 0.5).and_then(|frame| frame.with_uncertainty(Symmetric::zeros(), 0.01));
+            assert!(frame.is_ok_and(|frame| {
+                frame.register(&mut g, layout);
+                g.mean.iter().all(|x| x.is_finite()) && super::super::distance(&g, &g, layout).is_some()
+            }));
+        }
     }
 }

@@ -11,7 +11,8 @@
 //! Both sums of all modes are taken about the mean of the first mode, d_i = x_i − x_1: with N_i = P_i − P_1 + d_i d_i' shared by
 //! all targets of the mixing, P⁰_j = P_1 + Σ_i μ_i|j N_i − d̄_j d̄_j'. The terms have the size of the distances
 //! between modes, which one interaction every scan keeps at about one gate, so that nothing of weight cancels; raw
-//! second moments, of the size of the coordinates, would lose the covariance in single precision.
+//! second moments, of the size of the coordinates, would lose the covariance in single precision. Up to four modes all sums of
+//! one entry stay in registers; more modes, and a variable structure, are mixed by way of [`Deviations`].
 //!
 //! # Variable structure
 //! A bank may hold some of its modes only (VS-IMM; Li and Bar-Shalom, *IEEE Trans. AC* 41(4), 1996). Into the set `to`, from
@@ -24,13 +25,16 @@
 //! where π is that of all modes: probability that jumps out of the set is shared out in proportion. What a mode that is not
 //! active holds means nothing, but for the first: it stands for the place of the target, see [`anchor`](ModeBank::anchor).
 
-use super::{ActiveSet, ModeSet};
+use super::{ActiveSet, Deviations, ModeSet};
 use crate::error::ConfigError;
 use crate::gaussian::Gaussian;
 use crate::scalar::{Real, is_invertible, larger};
 
 /// π: `rows[from][to]` is the probability of the mode `to` after one scan in the mode `from`.
 pub type JumpMatrix<T, const MODES: usize> = [[T; MODES]; MODES];
+
+/// Up to so many modes are mixed entry by entry, in registers; more by way of [`Deviations`], in memory.
+const IN_REGISTERS: usize = 4;
 
 /// Mode probabilities below this count as zero: their reciprocals still fit single precision.
 pub(crate) const LEAST_PROBABILITY: f64 = 1e-30;
@@ -97,7 +101,12 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                 weight[j] = self.prob;
             }
         }
-        self.mix_into(&weight);
+        if MODES > IN_REGISTERS {
+            let before = Deviations::new(self, ActiveSet::first(MODES));
+            self.modes.iter_mut().zip(&weight).for_each(|(mode, weight)| before.mix(weight, mode));
+        } else {
+            self.mix_into(&weight);
+        }
         if sum > T::ZERO {
             // Rows that sum to one but for rounding would let the probabilities drift while a track coasts.
             let scale = T::ONE / sum;
@@ -182,19 +191,19 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         (0..MODES).filter(|r| self.prob[*r] > T::ZERO).collect()
     }
 
-    /// Mixes the active modes of `before` into the modes `to` of this bank. Their probabilities become c, which sums to one over
-    /// `run`; all others stay as they are. A mode that none can reach (c below 1e-30) gets c = 0 and the combined estimate.
+    /// Mixes the modes of `before` into the modes `to` of this bank. Their probabilities become c, which sums to one over `run`; all
+    /// others stay as they are. A mode that none can reach (c below 1e-30) gets c = 0 and the combined estimate.
     ///
-    /// Cost: for every mode of `to` and every one that can jump to it about 5 NX (NX + 1) / 2 operations.
+    /// Cost: for every mode of `to` about (2 + 2 J) NX (NX + 1) / 2 operations, where J modes can jump to it.
     #[inline(always)]
-    pub fn interact_from(&mut self, before: &Self, jump: &JumpMatrix<T, MODES>, run: ActiveSet, to: ActiveSet) {
+    pub fn interact_from(&mut self, before: &Deviations<T, NX, MODES>, jump: &JumpMatrix<T, MODES>, run: ActiveSet, to: ActiveSet) {
         let (mut c, mut sum) = ([T::ZERO; MODES], T::ZERO);
         for j in 0..MODES {
             if !run.with(to).contains(j) {
                 continue;
             }
             for i in 0..MODES {
-                c[j] += jump[i][j] * before.prob[i];
+                c[j] += jump[i][j] * before.prob()[i];
             }
             sum += if run.contains(j) { c[j] } else { T::ZERO };
         }
@@ -205,46 +214,10 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
             }
             let possible = c[j] > T::lit(LEAST_PROBABILITY);
             let scale = T::ONE / c[j];
-            let weight = |i: usize| if possible { jump[i][j] * scale * before.prob[i] } else { before.prob[i] };
+            let weight = |i: usize| if possible { jump[i][j] * scale * before.prob()[i] } else { before.prob()[i] };
             before.mix(&core::array::from_fn(weight), &mut self.modes[j]);
             self.prob[j] = if possible { c[j] * share } else { T::ZERO };
         }
-    }
-
-    /// `mixed` becomes the moment match of the modes with the weights `weight`, which are zero in modes that are not active. The
-    /// mean is taken about that of the first mode which weighs.
-    #[inline(always)]
-    fn mix(&self, weight: &[T; MODES], mixed: &mut Gaussian<T, NX>) {
-        let weighed = || self.modes.iter().zip(weight).filter(|(_, w)| **w > T::ZERO);
-        let Some((first, _)) = weighed().next() else { return };
-        let deviation = |g: &Gaussian<T, NX>, k: usize| g.mean.data.0[0][k] - first.mean.data.0[0][k];
-        let mut bar = [T::ZERO; NX];
-        for (g, w) in weighed() {
-            for k in 0..NX {
-                bar[k] += *w * deviation(g, k);
-            }
-        }
-        let mut cov = [[T::ZERO; NX]; NX];
-        for (g, w) in weighed() {
-            let d: [T; NX] = core::array::from_fn(|k| deviation(g, k) - bar[k]);
-            unrolled!(for a in NX {
-                let (mut product, row) = ([T::ZERO; NX], &g.cov.upper()[a]);
-                for b in a..NX {
-                    product[b] = d[a] * d[b];
-                }
-                for b in a..NX {
-                    product[b] += row[b];
-                }
-                for b in a..NX {
-                    product[b] *= *w;
-                }
-                for b in a..NX {
-                    cov[a][b] += product[b];
-                }
-            });
-        }
-        mixed.mean.data.0[0] = core::array::from_fn(|k| first.mean.data.0[0][k] + bar[k]);
-        *mixed.cov.upper_mut() = cov;
     }
 
     /// Predicts the modes of `active` by their steps.
@@ -254,18 +227,6 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
             if active.contains(mode) {
                 set.advance(mode, g, steps);
             }
-        }
-    }
-
-    /// Copies the modes of `active` and all probabilities.
-    #[inline(always)]
-    pub fn copy_active(&mut self, from: &Self, active: ActiveSet) {
-        self.prob = from.prob;
-        for r in 0..MODES {
-            if !active.contains(r) {
-                continue;
-            }
-            self.modes[r] = from.modes[r];
         }
     }
 
@@ -359,15 +320,19 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
         best.0
     }
 
-    /// Whether all densities are sound: finite, variances not negative, and nothing so large (1e15 in a mean, 1e30 in a
-    /// variance) that combining the modes could overflow single precision.
+    /// Whether all densities are sound: finite, variances not negative, and nothing so large (1e15 for the means of a mode together,
+    /// 1e30 for its variances) that combining the modes could overflow single precision.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let limit = T::lit(1e15);
         self.prob.iter().all(|p| p.is_finite())
             && self.modes.iter().all(|g| {
-                let bounded = g.cov.upper().iter().enumerate().all(|(i, row)| row[i] <= limit * limit);
-                bounded && g.cov.has_valid_variances() && g.mean.iter().all(|v| v.abs() <= limit)
+                let (mut size, mut spread) = (T::ZERO, T::ZERO);
+                for k in 0..NX {
+                    size += g.mean.data.0[0][k].abs();
+                    spread += g.cov.upper()[k][k];
+                }
+                size <= limit && spread <= limit * limit && g.cov.has_valid_variances()
             })
     }
 }

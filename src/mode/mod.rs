@@ -2,11 +2,13 @@
 
 mod active;
 mod bank;
+mod deviations;
 mod likely;
 mod set;
 
 pub use active::ActiveSet;
 pub use bank::{JumpMatrix, ModeBank};
 pub(crate) use bank::{LEAST_PROBABILITY, check_distribution};
+pub use deviations::Deviations;
 pub use likely::{Adaptation, LikelyModes};
 pub use set::ModeSet;

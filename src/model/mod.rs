@@ -44,16 +44,21 @@ impl Layout {
         self.axes == 0 || other.axes == 0 || (self.axes == other.axes && self.stride == other.stride)
     }
 
+    /// Entries of all axes.
+    pub(crate) const fn states(self) -> usize {
+        self.axes.saturating_mul(self.stride)
+    }
+
     /// Whether positions and velocities of all axes fit `nx` states.
     #[must_use]
     pub const fn fits(self, nx: usize) -> bool {
-        self.axes == 0 || (self.axes <= 3 && self.stride >= 2 && self.axes * self.stride <= nx)
+        self.axes == 0 || (self.axes <= 3 && self.stride >= 2 && self.states() <= nx)
     }
 
     /// The entry of which entry `j` is the rate: a velocity's position, an acceleration's velocity.
     pub(crate) const fn integral(self, j: usize) -> Option<usize> {
         match j.checked_rem(self.stride) {
-            Some(1 | 2) if j < self.axes * self.stride => Some(j - 1),
+            Some(1 | 2) if j < self.states() => Some(j - 1),
             _ => None,
         }
     }

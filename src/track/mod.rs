@@ -207,24 +207,33 @@ impl<T: Real, const NX: usize, const MODES: usize> Track<T, NX, MODES> {
 
     /// The density of the most probable mode.
     fn likely(&self) -> &Gaussian<T, NX> {
-        self.bank.modes.get(self.bank.most_probable()).unwrap_or(&self.bank.modes[0])
+        self.mode(self.bank.most_probable())
     }
 
-    /// Whether `other` follows the same target, by the logic's distance: the mean of the squared differences of
-    /// position and velocity in all axes, each over the sum of its variances. Two confirmed tracks that a sensor may not tell apart
-    /// are close for that reason.
-    pub(crate) fn is_duplicate_of(&self, other: &Self, logic: &Logic<T>, layout: Layout) -> bool {
-        let (a, b) = (self.likely(), other.likely());
-        let (mut sum, mut terms) = (T::ZERO, 0);
+    fn mode(&self, number: usize) -> &Gaussian<T, NX> {
+        self.bank.modes.get(number).unwrap_or(&self.bank.modes[0])
+    }
+
+    /// Whether `other` follows the same target, by the logic's distance between their most probable modes, whose numbers `likely`
+    /// tells: the mean of the squared differences of position and velocity in all axes, each over the sum of its variances. Two
+    /// confirmed tracks that a sensor may not tell apart are close for that reason.
+    pub(crate) fn is_duplicate_of(&self, other: &Self, likely: [usize; 2], logic: &Logic<T>, layout: Layout) -> bool {
+        let (a, b) = (self.mode(likely[0]), other.mode(likely[1]));
+        let most = logic.duplicate_distance * logic.duplicate_distance * T::from_count(2 * layout.axes);
+        let mut sum = T::ZERO;
         for i in (0..layout.axes).flat_map(|axis| [axis * layout.stride, axis * layout.stride + 1]) {
-            if let (Some(x), Some(y), Some(p), Some(q)) = (a.mean.get(i), b.mean.get(i), a.cov.get(i, i), b.cov.get(i, i)) {
-                let d = *x - *y;
-                sum += d * d / (p + q);
-                terms += 1;
+            let (Some(x), Some(y), Some(p), Some(q)) = (a.mean.get(i), b.mean.get(i), a.cov.get(i, i), b.cov.get(i, i)) else {
+                return false;
+            };
+            let (d, variance) = (*x - *y, p + q);
+            // One entry tells most tracks apart, without a division.
+            if d * d >= most * variance {
+                return false;
             }
+            sum += d * d / variance;
         }
         let two = || self.unresolved && other.unresolved && self.confirmed && other.confirmed;
-        terms > 0 && sum < logic.duplicate_distance * logic.duplicate_distance * T::from_count(terms) && !two()
+        sum < most && !two()
     }
 
     /// Whether this track goes rather than `other`, if they are one: the tentative before the confirmed, then the younger.
@@ -242,6 +251,12 @@ pub(crate) struct Identities {
 impl Identities {
     pub const fn new() -> Self {
         Self { last: 0 }
+    }
+
+    /// As if `last` had been given out.
+    #[cfg(test)]
+    pub const fn after(last: u32) -> Self {
+        Self { last }
     }
 
     /// The number given out last.
@@ -289,7 +304,7 @@ mod tests {
 
     #[test]
     fn identities_are_never_given_twice() {
-        let mut ids = Identities { last: u32::MAX - 1 };
+        let mut ids = Identities::after(u32::MAX - 1);
         assert_eq!(ids.next().map(TrackId::number), Some(u32::MAX));
         assert_eq!(ids.next(), None);
         assert_eq!(ids.next(), None);

@@ -25,7 +25,7 @@
 //! r² (mixing, two predictions and that of what is common)        not between two scans at one time
 //! 2 r² predicted measurements of both
 //! 3 m + r² (3 g + 2 g (g − 1)) residual forms    m = min(n, DETS) detections taken in
-//! r² (3 + 2 of twice the size) inverses, (1 + g)² + g + 1 hypotheses, one correction of both targets
+//! r² (3 + 2 of twice the size) inverses, (1 + g)² + g + 1 hypotheses, g of which are of both as one, one correction of both targets
 //! ```
 //!
 //! as [`ImmCoupled::worst_case`] counts them.
@@ -106,10 +106,10 @@ impl<T: Real, C: Coupling<T, NX>, const NX: usize, const MODES: usize, const DET
         })
     }
 
-    /// The probability that the last scan saw both targets as one.
+    /// The probability that the last scan saw both targets as one; zero where none are followed.
     #[must_use]
     pub fn unresolved_probability(&self) -> T {
-        self.unresolved
+        self.pair.map_or(T::ZERO, |_| self.unresolved)
     }
 
     /// The time of the last scan.
@@ -222,6 +222,9 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, C: Coupling<T, NX>, const NX: usize, con
             // Three gates; in every pair of modes a detection of one target or of both, and of two detections two residuals.
             residuals: 3 * m + pairs * (3 * m + 2 * m * m.saturating_sub(1)),
             corrections: 2 * pairs,
+            // No detection, one of either or of both, or one of each.
+            association: pairs * ((1 + m) * (1 + m) + m + 1),
+            as_one: pairs * (2 + m),
             ..Work::imm_pdaf(0, 0, 0)
         }
     }

@@ -28,9 +28,18 @@
 //! # Unresolved targets
 //! Two targets within the cells of the sensor may give one detection between them. Where the sensor states its
 //! [resolution](crate::sensor::Sensor::resolution) and the association is [`MergingJpda`](crate::association::MergingJpda), tracks that
-//! come so close are handled as pairs, scan by scan (unresolved.rs); otherwise that code is not in the image. With p pairs at most a
-//! scan costs 2 p associations, t combined estimates and measurements, p t² / 2 looks at two tracks and p m weights more, and a track
-//! in a pair g + 1 detections, each with a noise of its own.
+//! come so close are handled as pairs, scan by scan (unresolved.rs); otherwise that code is not in the image. With room for p pairs
+//! a scan costs at most
+//!
+//! ```text
+//! 2^(min(p, 4) + 1) − 2 associations more                          all pairs in one cluster; 2 where every pair has its own
+//! t combined estimates and their measurements,  p of their noise
+//! t² (t − 1) / 4 looks at two tracks                               t / 2 times for the closest that are left
+//! 3 p m weights, measurements of both as of one
+//! 2 p (3 MODES) factorisations of S for every detection            those of pairs have a noise of their own
+//! ```
+//!
+//! more, as [`Work::imm_jpda_merging`] counts them.
 //!
 //! # Cost
 //! Likelihoods are computed twice, before and after the association: kept for all tracks they would take
@@ -52,7 +61,7 @@ use super::picture::{Outcome, Picture, Setup, looks};
 use super::rows;
 use super::unresolved::{self, Dwell, Shared, Sights};
 use super::{Scratch, State, Tracker, Work};
-use crate::association::{AssociationMatrix, Associator, Jpda};
+use crate::association::{AssociationMatrix, Associator, Jpda, MergingJpda};
 use crate::error::{ConfigError, ScanError};
 use crate::evidence::{no_innovations, predict_measurements};
 use crate::gaussian::Gaussian;
@@ -206,6 +215,16 @@ impl<T, M, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS:
     }
 }
 
+impl<T, M, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, const NODES: usize, const PAIRS: usize>
+    ImmJpda<T, M, NX, MODES, TRACKS, DETS, MergingJpda<NODES, PAIRS>>
+{
+    /// The most work that a scan of at most `DETS` detections can make, none with a noise or a time of its own.
+    #[must_use]
+    pub const fn worst_case() -> Work {
+        Work::imm_jpda_merging::<NODES, PAIRS>(TRACKS, DETS, MODES)
+    }
+}
+
 /// Writes the row of every track.
 // Out of line as `absorb`: what one stage of a scan has on the stack is gone in the next.
 #[inline(never)]
@@ -249,7 +268,7 @@ where
     let sights = unresolved::look(tracks, sensor);
     report.pairs_refused = unresolved::pair_up(pairs, &sights, &Dwell { sensor, resolution, detections, selection }, diffuse);
     for pair in pairs.iter() {
-        for (claimed, g) in claimed.iter_mut().zip(&pair.hit) {
+        for (claimed, g) in claimed.iter_mut().zip(&pair.weight.hit) {
             *claimed |= *g > T::ZERO;
         }
     }

@@ -18,9 +18,8 @@
 //!
 //! # Cost
 //! That of [`ImmJpda`](super::ImmJpda) with the active modes of each track in the place of all: nothing is mixed, predicted, scored
-//! or corrected for another. Besides, a track copies its active modes once a scan, and what is activated costs a mixing, a
-//! prediction, an innovation and a correction, and the likelihoods of those that ran once more. [`LmsJpda::worst_case`] has the
-//! most: all modes, some of them activated.
+//! or corrected for another. Besides, what is activated costs a mixing, a prediction, an innovation and a correction, and the
+//! likelihoods of those that ran once more. [`LmsJpda::worst_case`] has the most: all modes, some of them activated.
 //!
 //! Memory: [`LmsState`] is all there is. Beside what `ImmJpda` needs it holds the densities of the last scan, from which modes are
 //! activated: tracks take twice the room.
@@ -32,7 +31,7 @@ use crate::error::{ConfigError, ScanError};
 use crate::evidence::{Corrected, SomeInnovations, no_innovations, predict_measurements};
 use crate::gaussian::Gaussian;
 use crate::initiation::Initiation;
-use crate::mode::{ActiveSet, JumpMatrix, LikelyModes, ModeBank, ModeSet};
+use crate::mode::{ActiveSet, Deviations, JumpMatrix, LikelyModes, ModeBank, ModeSet};
 use crate::model::Layout;
 use crate::scalar::Real;
 use crate::scan::{Detection, Report, Scan, Selection};
@@ -70,8 +69,8 @@ pub(super) struct Slot<T, const NX: usize, const MODES: usize> {
     pub track: Option<TrackId>,
     /// The modes of this scan, then of the next
     pub run: ActiveSet,
-    /// The densities of the last scan
-    pub before: ModeBank<T, NX, MODES>,
+    /// The modes of the last scan
+    pub before: Deviations<T, NX, MODES>,
 }
 
 impl<T: Real, A: Associator<T, TRACKS, DETS>, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize>
@@ -86,7 +85,7 @@ impl<T: Real, A: Associator<T, TRACKS, DETS>, const NX: usize, const MODES: usiz
     for Likely<T, NX, MODES, TRACKS, DETS, A>
 {
     const NEW: Self =
-        Self { joint: Joint::NEW, slots: [Slot { track: None, run: ActiveSet::EMPTY, before: ModeBank::ZERO }; TRACKS], dt: T::ZERO };
+        Self { joint: Joint::NEW, slots: [Slot { track: None, run: ActiveSet::EMPTY, before: Deviations::ZERO }; TRACKS], dt: T::ZERO };
 }
 
 impl<T, M, A, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> LmsJpda<T, M, NX, MODES, TRACKS, DETS, A>
@@ -273,7 +272,7 @@ fn predict<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usiz
         if gap == Duration::ZERO {
             continue;
         }
-        before.copy_active(bank, active);
+        before.take(bank, active);
         bank.prob = [T::ZERO; MODES];
         bank.interact_from(before, &setup.jump, *run, *run);
         bank.advance_active(&setup.modes, *run, &steps);

@@ -243,14 +243,15 @@ impl<T: Real, const NX: usize, const MODES: usize, const TRACKS: usize, const DE
         if !setup.logic.deletes_duplicates() {
             return;
         }
+        let likely: [usize; TRACKS] = core::array::from_fn(|i| self.tracks[i].bank.most_probable());
         for i in 1..TRACKS {
             let (before, from) = self.tracks.split_at_mut(i);
             let Some(track) = from.first_mut() else { break };
-            for other in before.iter_mut().filter(|t| !t.is_free()) {
+            for (other, mode) in before.iter_mut().zip(likely).filter(|(t, _)| !t.is_free()) {
                 if track.is_free() {
                     break;
                 }
-                if track.is_duplicate_of(other, &setup.logic, M::LAYOUT) {
+                if track.is_duplicate_of(other, [likely[i], mode], &setup.logic, M::LAYOUT) {
                     let loser = if track.yields_to(other) { &mut *track } else { other };
                     *loser = Track::FREE;
                     report.duplicates_deleted = report.duplicates_deleted.saturating_add(1);

@@ -121,8 +121,7 @@ pub(super) fn pair_up<T: Real, S: Sensor<T, NX, NZ>, const NX: usize, const NZ: 
         }
         let resolved = exp(as_one.ln_resolved);
         let miss = exp(as_one.ln_unresolved + as_one.ln_missed);
-        let pair = UnresolvedPair { rows: rows.map(|row| row as u16), resolved, alone: T::ONE, miss, hit };
-        let _ = pairs.push(pair);
+        let _ = pairs.push(UnresolvedPair::new(rows.map(|row| row as u16), resolved, miss, hit));
     }
     refused
 }
@@ -172,16 +171,16 @@ impl<T: Real, const NZ: usize, const DETS: usize> Shared<T, NZ, DETS> {
         let is_first = usize::from(pair.rows[0]) == row;
         let other = sights.get(usize::from(pair.rows[usize::from(is_first)]))?.as_ref()?;
         let share = if is_first { resolution.share } else { T::ONE - resolution.share };
-        let mut shared = Self { detections: Vec::new(), beta: Vec::new(), beta_0, unseen: pair.miss };
+        let mut shared = Self { detections: Vec::new(), beta: Vec::new(), beta_0, unseen: pair.probability.miss };
         let of_one = |detection: Option<&Detection<T, NZ>>| {
             let own = detection.and_then(|d| d.noise.as_ref());
             let noise = own.or(resolution.noise.as_ref()).unwrap_or(&other.noise);
             of_one(sensor.model(), (&other.z_hat, &other.spread), resolution, share, noise, detection.map(|d| &d.z))
         };
-        for (detection, p) in dwell.taken().zip(&pair.hit).filter(|(_, p)| **p > T::ZERO) {
+        for (detection, p) in dwell.taken().zip(&pair.probability.hit).filter(|(_, p)| **p > T::ZERO) {
             shared.push(of_one(Some(detection?)), *p);
         }
-        shared.push(of_one(None), pair.miss);
+        shared.push(of_one(None), pair.probability.miss);
         for (detection, p) in dwell.taken().zip(beta).filter(|(_, p)| **p > T::ZERO) {
             shared.push(*detection?, *p);
         }

@@ -15,10 +15,19 @@
 //! looks             m² (2 t + 1)    m² (2 t + 1)      at slots and remembered detections, for room
 //! ```
 //!
+//! IMM-JPDA with room for p pairs of tracks that the sensor may not tell apart: as IMM-JPDA, but for
+//!
+//! ```text
+//! innovations       2 t r + t                            each track's modes combined, too
+//! residuals         t m (2 + 3 r) + 4 p m                of pairs: gate and weight, then one for each of its tracks
+//! association       A' + 6 t m                           the steps A' of all that MergingJpda associates
+//! as one            ⌊t / 2⌋ t (t − 1) / 2 + p (3 m + 2)  two tracks, to find the closest that are left; a pair and a detection, or none
+//! ```
+//!
 //! LMS-JPDA as IMM-JPDA with r the modes of all, but for t (m (2 + 5 r) + r) residuals: a mode that is activated needs the
 //! likelihoods of the others once more, and r tell whether the scan is a surprise.
 
-use crate::association::Jpda;
+use crate::association::{Jpda, MergingJpda};
 
 /// Numbers of operations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,6 +51,8 @@ pub struct Work {
     pub pairings: u64,
     /// Looks at slots and remembered detections
     pub looks: u64,
+    /// Looks at two targets as one to the sensor: whether they may be, or what a detection says of them
+    pub as_one: u64,
 }
 
 impl Work {
@@ -59,6 +70,7 @@ impl Work {
             fixes: 2 * m,
             pairings: m * m,
             looks: m * m * (2 * t + 1),
+            as_one: 0,
         }
     }
 
@@ -73,6 +85,20 @@ impl Work {
         }
     }
 
+    /// The most of an [`ImmJpda`](super::ImmJpda) that associates by [`MergingJpda`], by the formula of this file.
+    #[must_use]
+    pub const fn imm_jpda_merging<const NODES: usize, const PAIRS: usize>(tracks: usize, detections: usize, modes: usize) -> Self {
+        let (t, m, p) = (tracks as u64, detections as u64, PAIRS as u64);
+        let single = Self::imm_jpda::<NODES>(tracks, detections, modes);
+        Self {
+            innovations: single.innovations + t,
+            residuals: single.residuals + 4 * p * m,
+            association: MergingJpda::<NODES, PAIRS>::worst_case(tracks, detections) + 6 * t * m,
+            as_one: t / 2 * (t * t.saturating_sub(1) / 2) + p * (3 * m + 2),
+            ..single
+        }
+    }
+
     /// The most of an [`LmsJpda`](super::LmsJpda) that associates by [`Jpda`], by the formula of this file.
     #[must_use]
     pub const fn lms_jpda<const NODES: usize>(tracks: usize, detections: usize, modes: usize) -> Self {
@@ -83,7 +109,7 @@ impl Work {
     /// All operations.
     #[must_use]
     pub const fn steps(&self) -> u64 {
-        let Self { predictions, innovations, residuals, corrections, association, comparisons, fixes, pairings, looks } = *self;
-        predictions + innovations + residuals + corrections + association + comparisons + fixes + pairings + looks
+        let Self { predictions, innovations, residuals, corrections, association, comparisons, fixes, pairings, looks, as_one } = *self;
+        predictions + innovations + residuals + corrections + association + comparisons + fixes + pairings + looks + as_one
     }
 }

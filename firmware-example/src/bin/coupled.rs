@@ -9,10 +9,14 @@
 #![no_main]
 
 use boresight::coupled::{Coupling, NoCross};
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
+use firmware_example::exit;
 use twin::coupled::{CHECKSUMS, Kept, Meeting, Memory, NX, Plots, SCANS, checksum, plots};
+
+/// Bytes of the states, in this order
+#[used]
+#[unsafe(no_mangle)]
+static STATES: [u32; 2] = [size_of::<Memory>() as u32, size_of::<Memory<NoCross>>() as u32];
 
 const _: () = assert!(size_of::<Memory>() <= 12 * 1024 && size_of::<Memory<NoCross>>() <= 8 * 1024, "larger than their budget");
 
@@ -62,14 +66,4 @@ fn main() -> ! {
     exit(sums == CHECKSUMS.map(Some))
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();

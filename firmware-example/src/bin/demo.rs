@@ -1,6 +1,7 @@
 //! Recorded radar scans through IMM-JPDAF on the microcontroller: frames in over SPI, tracks out over defmt. Then the same scans
-//! through LMS-JPDAF, which has seven modes and runs the likely ones; and scans of another radar through a jump-Markov GLMB, to the
-//! bits of the desk.
+//! through LMS-JPDAF, which has seven modes and runs the likely ones. Then two aircraft that meet and are one plot for a while, through
+//! the coupled filter and through an IMM-JPDAF that pairs them; and scans of another radar through a jump-Markov GLMB, to the bits of
+//! the desk.
 //!
 //! `cargo run --release --bin demo` runs it in QEMU and decodes the log. The tracker's configuration and scans are those of the
 //! crate `twin`, so the desk can compute the same; the radar on the bus is its `simulated` one, which now and then makes a mistake.
@@ -13,6 +14,7 @@ use boresight::telemetry::Telemetry;
 use boresight::track::Status;
 use cortex_m_rt::entry;
 use defmt_semihosting as _;
+use twin::coupled::{self, Meeting, Memory, Pairs, Tracks};
 use twin::glmb::{self, CHECKSUMS, Checksum, Linear, Scans};
 use twin::radar::{self, DETS, LikelyState, State, TRACKS};
 use twin::simulated::Radar;
@@ -24,10 +26,14 @@ fn main() -> ! {
     // The entry attribute makes this a static and hands out the one reference to it: all zero bits, so .bss.
     static mut STATE: State = State::new();
     static mut LIKELY: LikelyState = LikelyState::new();
+    static mut COUPLED: Memory = Memory::new();
+    static mut PAIRED: Tracks = Tracks::new();
     static mut SETS: Linear = Linear::new();
     static mut BUFFER: [u8; Wire::FRAME] = [0; Wire::FRAME];
     defmt::info!("boresight demo: {=usize} scans, state of {=usize} bytes", radar::scans(), size_of::<State>());
-    let passed = match track(STATE, BUFFER).and_then(|joint| Ok([joint, track_by_turns(LIKELY)?, track_sets(SETS)?])) {
+    let joint = track(STATE, BUFFER);
+    let all = |joint| -> Result<_, twin::Fault> { Ok([joint, track_by_turns(LIKELY)?, track_as_one(COUPLED, PAIRED)?, track_sets(SETS)?]) };
+    let passed = match joint.and_then(all) {
         Ok(confirmed) => confirmed.iter().all(|tracks| *tracks > 0),
         Err(fault) => {
             defmt::error!("{}", defmt::Debug2Format(&fault));
@@ -94,6 +100,33 @@ fn track_by_turns(state: &mut LikelyState) -> Result<usize, twin::Fault> {
     Ok(confirmed)
 }
 
+/// Two aircraft that are one plot while they meet; returns the number of tracks that both trackers have at the end.
+fn track_as_one(coupled: &mut Memory, paired: &mut Tracks) -> Result<usize, twin::Fault> {
+    let (meeting, pairs) = (Meeting::new()?, Pairs::new()?);
+    let mut started = meeting.start(coupled) && pairs.start(paired);
+    for k in 1..=coupled::SCANS {
+        for sensor in 0..2 {
+            meeting.step(coupled, sensor, k, &coupled::plots(sensor, k))?;
+        }
+        pairs.step(paired, k)?;
+        let y = |state: Option<f32>| state.unwrap_or(f32::NAN);
+        let (mut both, mut each) = (coupled.estimates().map(|e| e.state.mean[3]), paired.estimates().map(|e| e.state.mean[3]));
+        defmt::info!(
+            "{=usize} s  one plot with probability {=f32}, y of both {=f32} and {=f32} m; paired {=bool}, y {=f32} and {=f32} m",
+            k,
+            coupled.unresolved_probability(),
+            y(both.next()),
+            y(both.next()),
+            paired.tracks().any(|track| track.is_unresolved()),
+            y(each.next()),
+            y(each.next())
+        );
+        started &= coupled.bank().is_some();
+    }
+    defmt::info!("coupled filter of {=usize} bytes, tracker of pairs of {=usize}", size_of::<Memory>(), size_of::<Tracks>());
+    Ok(if started { paired.estimates().count() } else { 0 })
+}
+
 /// Three targets that come, turn and go in heavy clutter, as a labelled set; returns how many there are in the end, none where the
 /// estimates are not those of the desk.
 fn track_sets(state: &mut Linear) -> Result<usize, twin::Fault> {
@@ -125,3 +158,5 @@ fn track_sets(state: &mut Linear) -> Result<usize, twin::Fault> {
     defmt::info!("labelled sets: the bits of the desk: {=bool}, state of {=usize} bytes", same, size_of::<Linear>());
     Ok(if same { targets } else { 0 })
 }
+
+firmware_example::reporting!();

@@ -6,9 +6,8 @@
 use boresight::scan::Scan;
 use boresight::time::Instant;
 use core::hint::black_box;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
+use firmware_example::exit;
 use twin::load::{self, Room, Subject};
 
 struct Nothing;
@@ -32,14 +31,4 @@ fn main() -> ! {
     exit(load::run(&mut Nothing, Room { tracks: 16, detections: 32 }))
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();

@@ -9,9 +9,8 @@
 #![no_main]
 
 use boresight::fusion::{FusionReport, ListError};
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
+use firmware_example::exit;
 use twin::fusion::{APART, CROWD, Fusion, Memory, Picture};
 
 /// Bytes of a picture of two sensors with sixteen tracks each.
@@ -39,14 +38,4 @@ fn main() -> ! {
     }))
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();

@@ -9,9 +9,8 @@
 
 use boresight::error::ConfigError;
 use boresight::scan::Scan;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
+use firmware_example::exit;
 use twin::glmb::{self, Checksum, Linear, LinearForm, Points, PointsForm, Scans, Sigma, SigmaForm};
 
 /// Bytes of the states, in this order
@@ -67,14 +66,4 @@ fn run(linear: &mut Linear, sigma: &mut Sigma, points: &mut Points) -> Result<bo
     Ok(passed && sums == glmb::CHECKSUMS)
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();

@@ -16,13 +16,12 @@ use boresight::model::converted::{Converted, Polar};
 use boresight::model::position::Position;
 use boresight::model::turn::UnknownTurn;
 use boresight::model::unscented::Unscented;
-use boresight::scan::Detection;
+use boresight::scan::{Candidates, Detection};
 use boresight::sensor::UniformSensor;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
+use firmware_example::exit;
 use nalgebra::SVector;
-use twin::pieces::{self, DETS, DT, Joint, MODES, Matrix, Models, NODES, Radar2, Radar3, Radar4, Scored, TRACKS, data};
+use twin::pieces::{self, ALL, DETS, DT, Joint, MODES, Matrix, Models, NODES, Radar2, Radar3, Radar4, Scored, TRACKS, data};
 
 type Bank<const R: usize> = ModeBank<f32, 4, R>;
 type Predicted = Innovations<f32, 4, 2, MODES>;
@@ -82,9 +81,10 @@ fn gate64_polar(
     bank: &Bank<MODES>,
     predicted: &Predicted,
     plots: &[Detection<f32, 2>],
+    candidates: Candidates<'_>,
     scored: &mut Scored,
 ) -> f32 {
-    pieces::collect(sensor, bank, predicted, plots, scored)
+    pieces::collect(sensor, bank, predicted, plots, candidates, scored)
 }
 
 #[unsafe(no_mangle)]
@@ -94,9 +94,10 @@ fn gate64_plane(
     bank: &Bank<MODES>,
     predicted: &Predicted,
     plots: &[Detection<f32, 2>],
+    candidates: Candidates<'_>,
     scored: &mut Scored,
 ) -> f32 {
-    pieces::collect(sensor, bank, predicted, plots, scored)
+    pieces::collect(sensor, bank, predicted, plots, candidates, scored)
 }
 
 #[unsafe(no_mangle)]
@@ -132,22 +133,12 @@ fn filters(models: &Models) -> bool {
 /// Gating; whether all results agree.
 fn gates(models: &Models, scored: &mut Scored) -> bool {
     let polar = data::GATE_POLAR.pass(scored, |bank, plots, scored| {
-        gate64_polar(&models.polar, bank, &innovations(bank, &models.polar.model), plots, scored);
+        gate64_polar(&models.polar, bank, &innovations(bank, &models.polar.model), plots, Candidates::new(plots, &ALL), scored);
     });
     let plane = data::GATE_PLANE.pass(scored, |bank, plots, scored| {
-        gate64_plane(&models.plane, bank, &innovations(bank, &models.plane.model), plots, scored);
+        gate64_plane(&models.plane, bank, &innovations(bank, &models.plane.model), plots, Candidates::new(plots, &ALL), scored);
     });
     polar && plane
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();

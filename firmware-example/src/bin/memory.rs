@@ -3,7 +3,7 @@
 #![no_std]
 #![no_main]
 
-use boresight::association::Jpda;
+use boresight::association::{Jpda, MergingJpda};
 use boresight::tracker::{JointState, LmsState, State};
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
@@ -11,6 +11,8 @@ use cortex_m_rt::entry;
 type Pdaf<const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> = State<f32, NX, MODES, TRACKS, DETS>;
 type Joint<const NODES: usize, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> =
     JointState<f32, NX, MODES, TRACKS, DETS, Jpda<NODES>>;
+type Merging<const NODES: usize, const PAIRS: usize, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> =
+    JointState<f32, NX, MODES, TRACKS, DETS, MergingJpda<NODES, PAIRS>>;
 type Likely<const NODES: usize, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> =
     LmsState<f32, NX, MODES, TRACKS, DETS, Jpda<NODES>>;
 
@@ -32,10 +34,10 @@ macro_rules! sizes {
 }
 
 /// IMM-PDAF, IMM-JPDA with 64 nodes and with 256: each with 4 states in 3 modes, then with 6 in 2. Then IMM-JPDA and LMS-JPDA with
-/// 64 nodes and 4 states in 7 modes.
+/// 64 nodes and 4 states in 7 modes. Then IMM-JPDA with 256 nodes, four unresolved pairs and 4 states in 3 modes.
 #[used]
 #[unsafe(no_mangle)]
-static STATES: [[[u32; 3]; 3]; 8] = [
+static STATES: [[[u32; 3]; 3]; 9] = [
     sizes!(Pdaf, 4, 3),
     sizes!(Pdaf, 6, 2),
     sizes!(Joint, 64, 4, 3),
@@ -44,6 +46,7 @@ static STATES: [[[u32; 3]; 3]; 8] = [
     sizes!(Joint, 256, 6, 2),
     sizes!(Joint, 64, 4, 7),
     sizes!(Likely, 64, 4, 7),
+    sizes!(Merging, 256, 4, 4, 3),
 ];
 
 /// The picture of the image `fusion`: two sensors with 16 tracks each, 6 states in 2 modes.

@@ -23,3 +23,5 @@ fn main() -> ! {
     });
     firmware_example::exit(written)
 }
+
+firmware_example::reporting!();

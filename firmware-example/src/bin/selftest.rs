@@ -45,3 +45,5 @@ fn main() -> ! {
     hprintln!("selftest: {} values of {}, {} differ from the desk", comparison.taken, EXPECTED.len(), comparison.different);
     firmware_example::exit(run.is_ok() && complete && comparison.different == 0)
 }
+
+firmware_example::reporting!();

@@ -13,23 +13,23 @@ use boresight::error::ConfigError;
 use boresight::scan::Scan;
 use boresight::time::Instant;
 use boresight::track::Status;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
-use twin::load::{self, Room, Sensor, Subject};
+use firmware_example::exit;
+use twin::load::{self, Room, Subject};
 use twin::loaded::Loaded;
 
-/// `Tracker` and `State`, `NX`, `MODES`, `TRACKS` and `DETS`, and `MOST_RAM` in bytes.
+/// `Tracker`, `State` and `Sensor`, which `sensor` makes, `NX`, `MODES`, `TRACKS` and `DETS`, `MOST_RAM` in bytes, and whether the
+/// sensor is `UNRESOLVING`.
 mod configuration {
     include!(concat!(env!("OUT_DIR"), "/configuration.rs"));
 }
-use configuration::{DETS, MODES, MOST_RAM, NX, State, TRACKS, Tracker};
+use configuration::{DETS, MODES, MOST_RAM, NX, Sensor, State, TRACKS, Tracker, UNRESOLVING, sensor};
 
 const _: () = assert!(size_of::<State>() <= MOST_RAM, "the state is larger than its budget");
 
 struct Load {
     tracker: Tracker,
-    sensor: Sensor<{ NX / 2 }>,
+    sensor: Sensor,
     state: &'static mut State,
 }
 
@@ -57,6 +57,10 @@ impl Subject for Load {
     fn confirmed(&self) -> usize {
         self.state.tracks().filter(|track| track.status() != Status::Tentative).count()
     }
+
+    fn unresolving(&self) -> bool {
+        UNRESOLVING
+    }
 }
 
 #[entry]
@@ -67,18 +71,8 @@ fn main() -> ! {
 
 fn run(state: &'static mut State) -> Result<bool, ConfigError> {
     let room = Room { tracks: TRACKS, detections: DETS };
-    let mut load = Load { tracker: <Tracker as Loaded<NX, MODES>>::new()?, sensor: room.sensor()?, state };
+    let mut load = Load { tracker: <Tracker as Loaded<NX, MODES>>::new()?, sensor: sensor(room)?, state };
     Ok(load::run(&mut load, room))
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();

@@ -4,9 +4,8 @@
 #![no_main]
 
 use core::hint::black_box;
-use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::debug;
+use firmware_example::exit;
 use twin::fusion::{APART, CROWD, Fusion, Memory};
 
 #[entry]
@@ -21,14 +20,4 @@ fn main() -> ! {
     exit(made.is_ok())
 }
 
-fn exit(passed: bool) -> ! {
-    debug::exit(if passed { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    exit(false)
-}
+firmware_example::silent!();

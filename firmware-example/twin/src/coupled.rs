@@ -17,7 +17,7 @@ use boresight::sensor::{Clutter, UniformSensor, Unresolving};
 use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
 use boresight::track::Logic;
-use boresight::tracker::{CoupledState, ImmCoupled, ImmJpda, JointState};
+use boresight::tracker::{CoupledState, ImmCoupled, ImmJpda, JointState, Work};
 use nalgebra::SVector;
 
 /// States of either target: (x, vx, ax, y, vy, ay, z, vz, az)
@@ -46,6 +46,13 @@ pub type Tracks = JointState<f32, NX, MODES, 2, DETS, Merging>;
 pub struct Meeting<C = Kept> {
     filter: ImmCoupled<f32, Modes, NX, MODES, C>,
     sensors: [Seeing; 2],
+}
+
+/// The tracker of pairs, and its radar.
+#[derive(Clone, Copy, Debug)]
+pub struct Pairs {
+    tracker: ImmJpda<f32, Modes, NX, MODES, 2, DETS, Merging>,
+    radar: Seeing,
 }
 
 /// One scan: up to three plots, and how many there are.
@@ -107,6 +114,17 @@ pub fn plots(sensor: usize, k: usize) -> Plots {
     if (5..=7).contains(&k) { ([plot(between, 0), false_plot, false_plot], 2) } else { ([plot(first, 0), plot(second, 2), false_plot], 3) }
 }
 
+impl Meeting {
+    /// The most work of a [`step`](Self::step), in either form.
+    pub const MOST: Work = Self::most(DETS);
+
+    /// The most work of one with so many plots.
+    #[must_use]
+    pub const fn most(plots: usize) -> Work {
+        ImmCoupled::<f32, Modes, NX, MODES>::worst_case(plots)
+    }
+}
+
 impl<C: Coupling<f32, NX>> Meeting<C> {
     /// Three modes, two sensors that cannot tell close targets apart.
     ///
@@ -128,8 +146,38 @@ impl<C: Coupling<f32, NX>> Meeting<C> {
     pub fn step(&self, memory: &mut Memory<C>, sensor: usize, k: usize, (plots, count): &Plots) -> Result<Report, ScanError> {
         let sensor = self.sensors.get(sensor).unwrap_or(&self.sensors[0]);
         let plots = plots.get(..*count).unwrap_or_default();
-        self.filter.step(memory, sensor, &Scan::new(Instant::from_millis(1000 * k as u64), plots))
+        self.filter.step(memory, sensor, &Scan::new(at(k), plots))
     }
+}
+
+impl Pairs {
+    /// The same modes, the radar alone.
+    ///
+    /// # Errors
+    /// None, unless the constants here are wrong.
+    pub fn new() -> Result<Self, ConfigError> {
+        let [radar, _] = sensors()?;
+        Ok(Self { tracker: ImmJpda::new(modes()?, JUMP, INITIAL, Logic::unmanaged(), Merging::new(Jpda::new()))?, radar })
+    }
+
+    /// Puts the targets where the scans find them.
+    pub fn start(&self, memory: &mut Tracks) -> bool {
+        densities().into_iter().all(|g| self.tracker.start(memory, g, Instant::ZERO).is_some())
+    }
+
+    /// One scan of the radar.
+    ///
+    /// # Errors
+    /// None, unless scans go back in time.
+    pub fn step(&self, memory: &mut Tracks, k: usize) -> Result<Report, ScanError> {
+        let (plots, count) = plots(0, k);
+        self.tracker.step(memory, &self.radar, &Scan::new(at(k), plots.get(..count).unwrap_or_default()))
+    }
+}
+
+/// When scan `k` is.
+fn at(k: usize) -> Instant {
+    Instant::from_millis(1000 * k as u64)
 }
 
 /// The bits of both states, folded.
@@ -149,16 +197,10 @@ pub fn checksum<C: Coupling<f32, NX>>(memory: &Memory<C>) -> u32 {
 pub fn run<S: Sink>(sink: &mut S, kept: &mut Memory, dropped: &mut Memory<NoCross>, tracks: &mut Tracks) -> Result<(), Fault> {
     follow(&Meeting::new()?, "coupled filter", sink, kept)?;
     follow(&Meeting::new()?, "coupled filter without cross covariance", sink, dropped)?;
-    let tracker =
-        ImmJpda::<f32, Modes, NX, MODES, 2, DETS, Merging>::new(modes()?, JUMP, INITIAL, Logic::unmanaged(), Merging::new(Jpda::new()))?;
-    for g in densities() {
-        tracker.start(tracks, g, Instant::ZERO);
-    }
-    let [radar, _] = sensors()?;
+    let pairs = Pairs::new()?;
+    pairs.start(tracks);
     for k in 1..=SCANS {
-        let (plots, count) = plots(0, k);
-        let detections = plots.get(..count).unwrap_or_default();
-        tracker.step(tracks, &radar, &Scan::new(Instant::from_millis(1000 * k as u64), detections))?;
+        pairs.step(tracks, k)?;
         for estimate in tracks.estimates() {
             let label = Label { part: "IMM-JPDAF with unresolved pairs", scan: k, track: estimate.id.number(), field: "" };
             tell(sink, label, &estimate.state);

@@ -6,6 +6,8 @@
 //!               of each pair accelerates across its path from scan 25 on
 //! detections    P_D = 0.9, and clutter uniform in range 6..26 km, azimuth 0.5..2.6 rad: together half of the detections that
 //!               the tracker has room for, on average
+//! unresolved    the same, by a sensor with cells of CELLS: where both of a pair are detected, at the distance d, they are one
+//!               detection between them with probability exp(−½ d' R_d⁻¹ d)
 //! adversarial   ROUNDS times three scans
 //!               crowd     all tracks cued around one point, as many detections as there is room for, in the gates of all; every
 //!                         other time at their edge, where no mode expects them
@@ -19,9 +21,10 @@ use boresight::association::Gate;
 use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
 use boresight::model::radar::{Component, Radar};
-use boresight::scalar::{atan2, sqrt};
+use boresight::model::resolution::Resolution;
+use boresight::scalar::{atan2, exp, sqrt};
 use boresight::scan::{Detection, Scan};
-use boresight::sensor::{Clutter, UniformSensor};
+use boresight::sensor::{Clutter, UniformSensor, Unresolving};
 use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
 use nalgebra::SVector;
@@ -38,6 +41,8 @@ const SEED: u64 = 4;
 const P_DETECT: f32 = 0.9;
 const SIGMA_RANGE: f32 = 15.0;
 const SIGMA_AZIMUTH: f32 = 0.002;
+/// Of three deviations, in range and azimuth
+const CELLS: [f32; 2] = [3.0 * SIGMA_RANGE, 3.0 * SIGMA_AZIMUTH];
 const RANGES: [f32; 2] = [6_000.0, 26_000.0];
 const AZIMUTHS: [f32; 2] = [0.5, 2.6];
 /// Where the crowd is, x and y \[m\].
@@ -47,6 +52,8 @@ const EDGE: [f32; 2] = [0.0, 12_905.0];
 
 /// The radar at the origin: range and azimuth, `STRIDE` states an axis.
 pub type Sensor<const STRIDE: usize> = UniformSensor<Radar<f32, 2, 2, STRIDE>, f32>;
+/// The same radar, saying what it cannot tell apart.
+pub type Coarse<const STRIDE: usize> = Unresolving<Sensor<STRIDE>, f32, 2>;
 
 /// How many tracks and detections the tracker under load has room for.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +80,14 @@ impl Room {
         let area = (RANGES[1] - RANGES[0]) * (AZIMUTHS[1] - AZIMUTHS[0]);
         UniformSensor::new(radar, P_DETECT, Clutter::Poisson(self.clutter() / area), Gate::new::<2>(16.0)?)
     }
+
+    /// The radar of the unresolved scenario.
+    ///
+    /// # Errors
+    /// None: the constants here are valid.
+    pub fn coarse<const STRIDE: usize>(self) -> Result<Coarse<STRIDE>, ConfigError> {
+        Ok(Unresolving { sensor: self.sensor()?, resolution: Resolution::new(CELLS)? })
+    }
 }
 
 /// What is under load: a tracker, or nothing, to see what the load itself costs.
@@ -83,6 +98,10 @@ pub trait Subject {
     fn step(&mut self, scan: &Scan<'_, f32, 2>) -> bool;
     /// Confirmed tracks.
     fn confirmed(&self) -> usize;
+    /// Whether the recorded scenario is the unresolved one.
+    fn unresolving(&self) -> bool {
+        false
+    }
 }
 
 /// Both scenarios, one after the other. Whether no scan was refused, and at scan 24 at least half of the targets had a
@@ -91,7 +110,7 @@ pub fn run(subject: &mut impl Subject, room: Room) -> bool {
     let mut load = Generator { random: Rand32::new(SEED), plots: [Detection::new([0.0; 2]); MOST], count: 0 };
     let mut passed = true;
     for k in 0..SCANS {
-        load.recorded(k, room);
+        load.recorded(k, room, subject.unresolving());
         passed &= subject.step(&load.scan(k)) && (k != 24 || subject.confirmed() >= room.tracks.div_ceil(2));
     }
     for (round, k) in (SCANS..).step_by(3).take(ROUNDS).enumerate() {
@@ -149,12 +168,21 @@ impl Generator {
         (0..12).fold(-6.0, |sum, _| sum + self.random.rand_float())
     }
 
-    fn recorded(&mut self, k: usize, room: Room) {
+    fn recorded(&mut self, k: usize, room: Room, unresolving: bool) {
         self.count = 0;
-        for [x, y] in (0..room.tracks).filter_map(|number| target(number, k)) {
+        // Where the other of the pair was added, if it was.
+        let mut other = None;
+        for (number, [x, y]) in (0..room.tracks).filter_map(|number| Some((number, target(number, k)?))) {
             let noise = [SIGMA_RANGE * self.normal(), SIGMA_AZIMUTH * self.normal()];
+            if number.is_multiple_of(2) {
+                other = None;
+            }
             if self.random.rand_float() < P_DETECT {
-                self.add(sqrt(x * x + y * y) + noise[0], atan2(y, x) + noise[1], room);
+                let plot = [sqrt(x * x + y * y) + noise[0], atan2(y, x) + noise[1]];
+                if !(unresolving && other.is_some_and(|other| self.merge(other, plot))) {
+                    other = Some(self.count);
+                    self.add(plot[0], plot[1], room);
+                }
             }
         }
         // Binomial, with the mean of the clutter.
@@ -165,6 +193,19 @@ impl Generator {
                 self.add(range, azimuth, room);
             }
         }
+    }
+
+    /// Makes detection number `other` one of both, if chance has it; whether it has.
+    fn merge(&mut self, other: usize, plot: [f32; 2]) -> bool {
+        let chance = self.random.rand_float();
+        let Some(other) = self.plots.get_mut(other) else { return false };
+        let z = other.z.data.0[0];
+        let distance = (0..2).map(|k| (z[k] - plot[k]) / CELLS[k]).fold(0.0, |sum, d| sum + d * d);
+        let as_one = chance < exp(-0.5 * distance);
+        if as_one {
+            *other = Detection::new(core::array::from_fn(|k| 0.5 * (z[k] + plot[k])));
+        }
+        as_one
     }
 
     /// As many detections as there is room for, within `spread` metres of a point along range and across.

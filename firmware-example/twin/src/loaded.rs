@@ -7,7 +7,7 @@
 //! ```
 
 use crate::load::cue;
-use boresight::association::{Jpda, SingleAssociator};
+use boresight::association::{Associator, Jpda, SingleAssociator};
 use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
 use boresight::initiation::{Initiation, Rule};
@@ -98,12 +98,15 @@ where
     }
 }
 
-impl<M: Motion<NX, MODES>, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize, const NODES: usize>
-    Loaded<NX, MODES> for ImmJpda<f32, M, NX, MODES, TRACKS, DETS, Jpda<NODES>>
+impl<M, A, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> Loaded<NX, MODES>
+    for ImmJpda<f32, M, NX, MODES, TRACKS, DETS, A>
+where
+    M: Motion<NX, MODES>,
+    A: Associator<f32, TRACKS, DETS> + Default,
 {
     fn new() -> Result<Self, ConfigError> {
         let (modes, jump, initial) = M::new()?;
-        Ok(ImmJpda::new(modes, jump, initial, logic()?, Jpda::new())?.with_initiation(initiation()?))
+        Ok(ImmJpda::new(modes, jump, initial, logic()?, A::default())?.with_initiation(initiation()?))
     }
 
     fn crowd(&self, state: &mut Self::State, tracks: usize, at: Instant) -> bool {

@@ -23,7 +23,10 @@ pub fn most(tracker: &Tracker) -> Result<Work, Failure> {
         Kind::ImmJpda { nodes: 64 } => Ok(Work::imm_jpda::<64>(tracks, detections, modes)),
         Kind::ImmJpda { nodes: 256 } => Ok(Work::imm_jpda::<256>(tracks, detections, modes)),
         Kind::LmsJpda { nodes: 64 } => Ok(Work::lms_jpda::<64>(tracks, detections, modes)),
-        Kind::ImmJpda { nodes } | Kind::LmsJpda { nodes } => Err(Failure::input(format!("no formula for {nodes} nodes"))),
+        Kind::MergingJpda { nodes: 256, pairs: 4 } => Ok(Work::imm_jpda_merging::<256, 4>(tracks, detections, modes)),
+        Kind::ImmJpda { nodes } | Kind::LmsJpda { nodes } | Kind::MergingJpda { nodes, .. } => {
+            Err(Failure::input(format!("no formula for {nodes} nodes")))
+        }
     }
 }
 
@@ -40,20 +43,43 @@ const STEP: Work = Work {
     fixes: 2300,
     pairings: 2700,
     looks: 10,
+    as_one: 1500,
 };
 
 /// What work amounts to in cycles of a Cortex-M4, by the estimates of this file.
 #[must_use]
 pub fn cycles(work: &Work) -> u64 {
-    SCAN + work.predictions * STEP.predictions
-        + work.innovations * STEP.innovations
-        + work.residuals * STEP.residuals
-        + work.corrections * STEP.corrections
-        + work.association * STEP.association
-        + work.comparisons * STEP.comparisons
-        + work.fixes * STEP.fixes
-        + work.pairings * STEP.pairings
-        + work.looks * STEP.looks
+    SCAN + amount(work, &STEP)
+}
+
+/// Cycles of a step of the coupled filter, by its kind, for two targets of nine states.
+const COUPLED: Work = Work {
+    predictions: 8500,
+    innovations: 2400,
+    residuals: 260,
+    corrections: 5000,
+    association: 170,
+    as_one: 1700,
+    ..Work::imm_pdaf(0, 0, 0)
+};
+
+/// What the work of a scan of the coupled filter amounts to in cycles of a Cortex-M4, by the estimates of this file.
+#[must_use]
+pub fn coupled_cycles(work: &Work) -> u64 {
+    SCAN + amount(work, &COUPLED)
+}
+
+fn amount(work: &Work, step: &Work) -> u64 {
+    work.predictions * step.predictions
+        + work.innovations * step.innovations
+        + work.residuals * step.residuals
+        + work.corrections * step.corrections
+        + work.association * step.association
+        + work.comparisons * step.comparisons
+        + work.fixes * step.fixes
+        + work.pairings * step.pairings
+        + work.looks * step.looks
+        + work.as_one * step.as_one
 }
 
 /// Cycles of an update of fused tracks beside the steps.

@@ -7,8 +7,8 @@ use super::image::Image;
 use crate::Failure;
 use serde::{Deserialize, Serialize};
 
-/// The kinds of tracker, each with its states and modes. The last two are one tracker but for the modes that it runs.
-const KINDS: [(Kind, (usize, usize)); 8] = [
+/// The kinds of tracker, each with its states and modes. The two of seven modes are one tracker but for those that it runs.
+const KINDS: [(Kind, (usize, usize)); 9] = [
     (Kind::ImmPdaf, (4, 3)),
     (Kind::ImmPdaf, (6, 2)),
     (Kind::ImmJpda { nodes: 64 }, (4, 3)),
@@ -17,6 +17,7 @@ const KINDS: [(Kind, (usize, usize)); 8] = [
     (Kind::ImmJpda { nodes: 256 }, (6, 2)),
     (Kind::ImmJpda { nodes: 64 }, (4, 7)),
     (Kind::LmsJpda { nodes: 64 }, (4, 7)),
+    (Kind::MergingJpda { nodes: 256, pairs: 4 }, (4, 3)),
 ];
 /// Tracks and detections
 pub const ROOMS: [(usize, usize); 3] = [(4, 8), (16, 32), (32, 64)];
@@ -42,10 +43,6 @@ pub const PIECES: [&str; 11] = [
     "gate64_plane",
     "cluster16_32",
 ];
-
-/// What the image `coupled` exports: a scan that moves the targets and another at the same time, 9 pairs of modes over 18 states, with
-/// the cross covariance and without.
-pub const COUPLED: [&str; 4] = ["coupled18_first", "coupled18_second", "apart18_first", "apart18_second"];
 /// What the image `fusion` exports: a list taken in, and two made one picture. The latter is called twice with tracks that are
 /// apart, then twice in a crowd.
 pub const FUSION: [&str; 2] = ["receive16", "fuse16_16"];
@@ -65,16 +62,31 @@ pub enum Kind {
         /// Room for sets of served tracks
         nodes: usize,
     },
+    /// Those associated together, with pairs that the sensor may not tell apart
+    MergingJpda {
+        /// Room for sets of served tracks
+        nodes: usize,
+        /// Room for pairs
+        pairs: usize,
+    },
 }
 
 impl Kind {
-    /// What it is called, and its nodes where it has any.
-    const fn words(self) -> (&'static str, Option<usize>) {
+    /// What it is called, and its nodes and pairs where it has any.
+    const fn words(self) -> (&'static str, [Option<usize>; 2]) {
         match self {
-            Kind::ImmPdaf => ("imm-pdaf", None),
-            Kind::ImmJpda { nodes } => ("imm-jpda", Some(nodes)),
-            Kind::LmsJpda { nodes } => ("lms-jpda", Some(nodes)),
+            Kind::ImmPdaf => ("imm-pdaf", [None; 2]),
+            Kind::ImmJpda { nodes } => ("imm-jpda", [Some(nodes), None]),
+            Kind::LmsJpda { nodes } => ("lms-jpda", [Some(nodes), None]),
+            Kind::MergingJpda { nodes, pairs } => ("merging-jpda", [Some(nodes), Some(pairs)]),
         }
+    }
+
+    /// Whether a tracker of this kind with such capacities is counted: a sweep needs a node for every detection and one more, and the
+    /// pairs of a crowd of 32 tracks take more of an emulator's time than they tell.
+    fn takes(self, (tracks, detections): (usize, usize)) -> bool {
+        let (_, [nodes, pairs]) = self.words();
+        nodes.is_none_or(|nodes| nodes > detections) && (pairs.is_none() || tracks <= 16)
     }
 }
 
@@ -97,18 +109,16 @@ impl Tracker {
 }
 
 fn name(kind: Kind, sizes: &str) -> String {
-    match kind.words() {
-        (word, Some(nodes)) => format!("{word} {sizes} {nodes}"),
-        (word, None) => format!("{word} {sizes}"),
-    }
+    let (word, room) = kind.words();
+    room.into_iter().flatten().fold(format!("{word} {sizes}"), |name, room| format!("{name} {room}"))
 }
 
-/// All trackers of the budget. A sweep needs a node for every detection and one more.
+/// All trackers of the budget.
 pub fn trackers() -> impl Iterator<Item = Tracker> {
-    let all = KINDS.into_iter().flat_map(|(kind, (states, modes))| {
-        ROOMS.into_iter().map(move |(tracks, detections)| Tracker { kind, states, modes, tracks, detections })
-    });
-    all.filter(|tracker| tracker.kind.words().1.is_none_or(|nodes| nodes > tracker.detections))
+    KINDS.into_iter().flat_map(|(kind, (states, modes))| {
+        let rooms = ROOMS.into_iter().filter(move |room| kind.takes(*room));
+        rooms.map(move |(tracks, detections)| Tracker { kind, states, modes, tracks, detections })
+    })
 }
 
 /// Bytes of the states of one kind and motion: a row for every number of tracks, a column for every number of detections.
@@ -167,7 +177,8 @@ mod tests {
 
     #[test]
     fn a_jpda_with_too_few_nodes_is_left_out() {
-        assert_eq!(trackers().count(), 20);
+        assert_eq!(trackers().count(), 22);
         assert!(trackers().all(|tracker| tracker.name() != "imm-jpda 4x3 32x64 64"));
+        assert!(trackers().any(|tracker| tracker.name() == "merging-jpda 4x3 16x32 256 4"));
     }
 }

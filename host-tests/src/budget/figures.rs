@@ -2,6 +2,7 @@
 
 use super::configuration::Sizes;
 use super::count::Call;
+use super::coupled::Coupled;
 use super::labelled::Form;
 use super::likely::Runs;
 use crate::{Failure, output};
@@ -105,6 +106,7 @@ pub struct Record {
     pub kernels: IndexMap<String, Kernel>,
     pub pieces: IndexMap<String, Kernel>,
     pub fusion: Fusion,
+    pub coupled: Coupled,
     /// Of labelled sets
     pub labelled: IndexMap<String, Form>,
 }
@@ -171,7 +173,7 @@ impl Record {
         });
         let fusion = [("fusion, ram".to_owned(), self.fusion.ram), ("fusion, flash".to_owned(), self.fusion.flash)];
         let labelled = self.labelled.iter().flat_map(|(name, form)| within(name, form.list()));
-        trackers.chain(fusion).chain(labelled).chain(runs).chain(kernels).chain(sizes).collect()
+        trackers.chain(fusion).chain(self.coupled.list()).chain(labelled).chain(runs).chain(kernels).chain(sizes).collect()
     }
 }
 

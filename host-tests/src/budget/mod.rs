@@ -16,6 +16,7 @@
 pub mod bound;
 mod configuration;
 mod count;
+mod coupled;
 mod figures;
 mod image;
 mod labelled;
@@ -23,8 +24,9 @@ mod likely;
 mod table;
 
 use crate::{Failure, output};
-use configuration::{COUPLED, FUSION, KERNELS, PIECES, Tracker, trackers};
+use configuration::{FUSION, KERNELS, PIECES, Tracker, trackers};
 use count::{Board, Call};
+use coupled::Coupled;
 use figures::{Figures, Fusion, Kernel, Load, Record};
 use image::Image;
 use indexmap::IndexMap;
@@ -84,7 +86,9 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     if with_kernels {
         record.kernels = measure_kernels(&counter, &Image::open(root, "budget")?, &KERNELS)?;
         record.pieces = measure_kernels(&counter, &Image::open(root, "kernels")?, &PIECES)?;
-        record.pieces.extend(measure_kernels(&counter, &Image::open(root, "coupled")?, &COUPLED)?);
+        let coupled = Image::open(root, "coupled")?;
+        let calls = on_both_boards(&counter, &coupled, &coupled::functions())?;
+        record.coupled = Coupled::of(&coupled, &calls, Image::open(root, "empty")?.flash()?)?;
         let fusion = Image::open(root, "fusion")?;
         let flash = fusion.flash()?.saturating_sub(Image::open(root, "unfused")?.flash()?);
         record.fusion = Fusion { ram: configuration::picture(&memory)?, flash, calls: measure_fusion(&counter, &fusion)? };

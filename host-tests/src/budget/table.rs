@@ -71,6 +71,7 @@ pub fn render(record: &Record) -> Result<String, Failure> {
     sizes(&mut text, &record.sizes);
     gtrack(&mut text, record);
     fusion(&mut text, record)?;
+    record.coupled.render(&mut text)?;
     labelled::render(&mut text, &record.labelled);
     kernels(&mut text, record);
     Ok(text)

@@ -11,7 +11,7 @@ use crate::Failure;
 use crate::precision::{Precision, Scalar};
 use boresight::evidence::{SomeInnovations, correct_by_one, no_innovations, predict_measurements};
 use boresight::gaussian::Gaussian;
-use boresight::mode::{ActiveSet, Adaptation, LikelyModes, ModeBank, ModeSet};
+use boresight::mode::{ActiveSet, Adaptation, Deviations, LikelyModes, ModeBank, ModeSet};
 use boresight::model::linear::{LinearMeasurement, LinearMotion};
 use boresight::scalar::exp;
 use serde_json::{Map, Value, json};
@@ -44,7 +44,7 @@ fn filter<T: Scalar, const N: usize, const M: usize, const R: usize>(case: &Fiel
     let mut results = Vec::new();
     for step in case.get("steps")?.items()? {
         let z = step.find("z")?.map(|z| z.vector::<T, M>()).transpose()?;
-        let before = bank;
+        let before = Deviations::new(&bank, bank.active());
         bank.prob = [T::ZERO; R];
         let mut refused = 0;
         // Mixes, predicts and corrects modes; ln L, zero where nothing was measured.

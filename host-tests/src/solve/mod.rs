@@ -180,15 +180,4 @@ mod tests {
         overlay(&mut target, json!({"m": [[5, 6], [7, 8]], "v": [9], "s": {"t": null}}));
         assert_eq!(target, json!({"m": [[5, 6], [7, 8]], "v": [9], "s": {"t": null}}));
     }
-
-    #[test]
-    fn broken_file_is_named_with_its_line() -> Result<(), Box<dyn std::error::Error>> {
-        let dir = tempfile::tempdir()?;
-        let (input, output) = (dir.path().join("in.json"), dir.path().join("out.json"));
-        std::fs::write(&input, "{\"meta\": {},\n \"cases\": [NaN]}")?;
-        let failure = run(&input, &output, Precision::F64);
-        assert!(failure.is_err_and(|f| f.to_string().contains("in.json, line 2: not valid JSON")));
-        assert!(!output.exists());
-        Ok(())
-    }
 }

@@ -1,5 +1,9 @@
 //! Work against the formulas of the worst case, in a build that counts; and the cycles published against what the work amounts to.
 
+mod association;
+#[path = "../support/counting.rs"]
+mod counting;
+mod coupled;
 mod fusion;
 mod labelled;
 mod trackers;

@@ -2,6 +2,8 @@
 //! the list of all events.
 
 mod association;
+#[path = "../support/counting.rs"]
+mod counting;
 mod dense;
 mod properties;
 mod scene;

@@ -98,6 +98,10 @@ fn the_probability_of_one_plot_of_both_follows_the_targets() {
     let sensor = unresolving(radar(Clutter::Poisson(1e-3)), [30.0, 0.006]);
     let at = |scans: u64| follow::<Cross<f32, NX>, _>(&sensor, scans).unresolved_probability();
     assert!(at(2) < 0.2 && at(10) > 0.8 && at(20) < 0.2, "{} {} {}", at(2), at(10), at(20));
+    // Of none there is none.
+    let mut state = follow::<Cross<f32, NX>, _>(&sensor, 10);
+    state.remove();
+    assert_eq!(state.unresolved_probability(), 0.0);
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! | [`gaussian`] | correction, Joseph's form, moment matching | the Kalman equations, raw moments; definiteness down to tiny R |
 //! | [`bank`] | interaction and combination of modes | the mixture before is the mixture after; modes out of reach |
 //! | [`evidence`] | gating, association, update by several detections | mixtures of Kalman updates over all hypotheses |
+//! | [`update`] | updates by precise measurements, in single precision | definite, and rounding only |
 //! | [`extremes`] | likelihoods that under- and overflow | nothing becomes NaN, nothing is reset that need not be |
 
 #[path = "../support/mod.rs"]
@@ -14,6 +15,7 @@ mod bank;
 mod evidence;
 mod extremes;
 mod gaussian;
+mod update;
 
 use nalgebra::{SMatrix, SVector};
 

@@ -1,6 +1,8 @@
 //! Labelled random finite sets: against exhaustive enumeration, by properties, and on the published scenarios.
 
 mod capacity;
+#[path = "../support/counting.rs"]
+mod counting;
 mod enumeration;
 mod exact;
 mod extremes;

@@ -1,5 +1,7 @@
 //! Variable structure: sets of modes, the rules of the likely-model set, the tracker built on them, and its scenario.
 
+#[path = "../support/counting.rs"]
+mod counting;
 mod rules;
 mod scenario;
 mod sets;

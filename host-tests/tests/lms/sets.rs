@@ -2,7 +2,7 @@
 
 use super::{MODES, chain};
 use boresight::gaussian::Gaussian;
-use boresight::mode::{ActiveSet, ModeBank};
+use boresight::mode::{ActiveSet, Deviations, ModeBank};
 use boresight::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
@@ -49,7 +49,7 @@ proptest! {
 
         let run: ActiveSet = to.iter().copied().collect();
         let mut new = ModeBank { prob: [0.0; MODES], ..old };
-        new.interact_from(&old, &jump, run, run);
+        new.interact_from(&Deviations::new(&old, old.active()), &jump, run, run);
 
         let reach = |j: usize| (0..MODES).map(|i| jump[i][j] * old.prob[i]).sum::<f64>();
         let sum: f64 = to.iter().map(|j| reach(*j)).sum();

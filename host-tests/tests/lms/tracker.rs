@@ -6,7 +6,7 @@ use boresight::error::ConfigError;
 use boresight::evidence::{SomeInnovations, correct_by_one, no_innovations, predict_measurements};
 use boresight::gaussian::Gaussian;
 use boresight::initiation::{Initiation, Rule};
-use boresight::mode::{ActiveSet, LikelyModes, ModeBank, ModeSet};
+use boresight::mode::{ActiveSet, Deviations, LikelyModes, ModeBank, ModeSet};
 use boresight::model::motion::ProcessNoise;
 use boresight::model::position::Position;
 use boresight::model::turn::KnownTurn;
@@ -128,7 +128,7 @@ fn without_doubt_about_association_it_is_the_variable_structure_imm() -> Outcome
             let plot = if kind == 1 { plot.with_noise(noise) } else { plot };
             lms.step(&mut state, &sensor, &Scan::new(time(k), &[plot]))?;
 
-            let before = bank;
+            let before = Deviations::new(&bank, bank.active());
             bank.prob = [0.0; MODES];
             let cycle = |bank: &mut ModeBank<f64, 4, MODES>, modes: ActiveSet| {
                 bank.interact_from(&before, &jump, run, modes);

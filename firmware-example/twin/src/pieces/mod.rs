@@ -184,6 +184,17 @@ impl Gating {
     }
 }
 
+/// The numbers of all detections in the scan to be gated
+pub const ALL: [u16; PLOTS] = {
+    let mut numbers = [0; PLOTS];
+    let mut i = 0;
+    while i < PLOTS {
+        numbers[i] = i as u16;
+        i += 1;
+    }
+    numbers
+};
+
 /// Gates and scores every detection.
 #[inline(always)]
 pub fn collect<M: MeasurementModel<f32, 4, 2>>(
@@ -191,19 +202,10 @@ pub fn collect<M: MeasurementModel<f32, 4, 2>>(
     bank: &ModeBank<f32, 4, MODES>,
     predicted: &Innovations<f32, 4, 2, MODES>,
     detections: &[Detection<f32, 2>],
+    candidates: Candidates<'_>,
     scored: &mut Scored,
 ) -> f32 {
-    const ALL: [u16; PLOTS] = {
-        let mut numbers = [0; PLOTS];
-        let mut i = 0;
-        while i < PLOTS {
-            numbers[i] = i as u16;
-            i += 1;
-        }
-        numbers
-    };
-    let numbers = ALL.get(..detections.len()).unwrap_or(&ALL);
-    scored.collect(bank, predicted, sensor, detections, Candidates::new(detections, numbers))
+    scored.collect(bank, predicted, sensor, detections, candidates)
 }
 
 /// The sensors and models of all pieces.

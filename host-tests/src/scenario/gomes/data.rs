@@ -10,9 +10,9 @@
 //! Scans k = 1..60 at t = k s. The paper gives no numbers: all of these are from the scenario's specification.
 
 use crate::monte_carlo::Streams;
+use crate::scenario::draw::{normal, reported};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 /// Scans of a run.
 pub const SCANS: usize = 60;
@@ -94,14 +94,8 @@ fn turned([x, vx, y, vy]: &[f64; 4], rate: f64, dt: f64) -> [f64; 4] {
     [x + along * vx - across * vy, cos * vx - sin * vy, y + across * vx + along * vy, sin * vx + cos * vy]
 }
 
-/// Plots come in single precision, so that filters in either precision see the same data.
 fn measured([x, _, y, _]: &[f64; 4], rng: &mut ChaCha8Rng) -> [f64; 2] {
-    let noisy = [x.hypot(*y) + SIGMAS[0] * normal(rng), y.atan2(*x) + SIGMAS[1] * normal(rng)];
-    noisy.map(|v| f64::from(v as f32))
-}
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
+    reported([x.hypot(*y) + SIGMAS[0] * normal(rng), y.atan2(*x) + SIGMAS[1] * normal(rng)])
 }
 
 #[cfg(test)]

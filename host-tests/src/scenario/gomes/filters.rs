@@ -13,6 +13,7 @@
 use super::data::{Data, SIGMAS, START};
 use crate::Failure;
 use crate::precision::Scalar;
+use crate::scenario::filter::Fault;
 use boresight::association::{AssociationMatrix, Gate, Jpda, NearestNeighbour};
 use boresight::error::{ConfigError, ScanError};
 use boresight::gaussian::Gaussian;
@@ -66,20 +67,9 @@ pub struct Point {
 /// The points of both targets at scans 1..=60.
 pub type Tracks = [Vec<Point>; 2];
 
-/// What can go wrong besides the data: nothing, unless the constants here are.
-#[derive(Debug, thiserror::Error)]
-enum Fault {
-    #[error("{0}")]
-    Config(#[from] ConfigError),
-    #[error("{0}")]
-    Scan(#[from] ScanError),
-    #[error("a track could not be started")]
-    Start,
-}
-
 /// Runs the filter `name` over the data of a run.
 pub fn run<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Failure> {
-    tracks::<T>(name, data).map_err(|fault| Failure::input(fault).within(name))
+    tracks::<T>(name, data).map_err(|fault| fault.of(name))
 }
 
 fn tracks<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {

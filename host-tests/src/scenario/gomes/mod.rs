@@ -17,7 +17,7 @@ mod pictures;
 
 use super::{FilterResult, Metrics, Order, Outcome, Scenario};
 use crate::statistics::{Mean, mean, wilson};
-use crate::{Failure, Precision, monte_carlo};
+use crate::{Failure, monte_carlo};
 use data::{Data, SCANS, TARGETS, Variant};
 use filters::Tracks;
 use std::fmt::Write;
@@ -110,8 +110,7 @@ struct Run {
 }
 
 fn run(order: &Order, name: &str, variant: &Variant, reference: &Reference) -> Result<Outcome, Failure> {
-    let one = |index| one_run(order, variant, index);
-    let runs: Vec<Run> = monte_carlo::run(name, order.runs, one).into_iter().collect::<Result<_, _>>()?;
+    let runs = order.repeat(name, |index| one_run(order, variant, index))?;
     let mut outcome = Outcome::default();
     let mut notes = String::new();
     for (number, name) in order.filters.iter().enumerate() {
@@ -130,14 +129,8 @@ fn run(order: &Order, name: &str, variant: &Variant, reference: &Reference) -> R
 
 fn one_run(order: &Order, variant: &Variant, index: u64) -> Result<Run, Failure> {
     let data = data::draw(variant, &mut monte_carlo::streams(order.seed, index));
-    let tracked = |name: &&'static str| {
-        let tracks = match order.precision {
-            Precision::F32 => filters::run::<f32>(name, &data),
-            Precision::F64 => filters::run::<f64>(name, &data),
-        };
-        Ok(Tracked::new(tracks?, &data))
-    };
-    let filters = order.filters.iter().map(tracked).collect::<Result<_, Failure>>()?;
+    let tracks = order.filter(&data, [filters::run::<f32>, filters::run::<f64>])?;
+    let filters = tracks.into_iter().map(|tracks| Tracked::new(tracks, &data)).collect();
     Ok(Run { data, filters })
 }
 

@@ -12,10 +12,10 @@
 //! as it tells. R_d is diag(α²), by which its ordinary filter loses as many runs as it says.
 
 use crate::monte_carlo::Streams;
+use crate::scenario::draw::{count, normal, reported};
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Poisson, StandardNormal};
 
 /// Scans of a run.
 pub const SCANS: usize = 87;
@@ -95,8 +95,7 @@ pub fn draw(streams: &mut Streams) -> Data {
 }
 
 impl Sensor {
-    /// The plots of a scan, and whether one is of both targets. They come in single precision, so that filters in either precision
-    /// see the same data.
+    /// The plots of a scan, and whether one is of both targets.
     fn scan(&self, truth: [&[f64; 3]; TARGETS], rng: &mut ChaCha8Rng) -> (Vec<[f64; 2]>, bool) {
         let places = truth.map(|position| self.components.map(|component| component(position)));
         let noisy = places.map(|place| std::array::from_fn(|k| place[k] + self.sigmas[k] * normal(rng)));
@@ -120,12 +119,12 @@ impl Sensor {
             }
         }
         plots.shuffle(rng);
-        (plots.into_iter().map(|plot| plot.map(|v| f64::from(v as f32))).collect(), as_one)
+        (plots.into_iter().map(reported).collect(), as_one)
     }
 
     fn clutter_count(&self, rng: &mut ChaCha8Rng) -> usize {
         let expected = self.density * 4.0 * self.window[0] * self.window[1];
-        Poisson::new(expected).map_or(0, |poisson| poisson.sample(rng) as usize)
+        count(expected, rng)
     }
 }
 
@@ -154,10 +153,6 @@ fn trajectory(course: &Course) -> Vec<[f64; 3]> {
         positions.push([x, y, z]);
     }
     positions
-}
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@
 use super::data::{Data, INFRARED, P_DETECT, RADAR, SCANS, START, Sensor as Specified};
 use crate::Failure;
 use crate::precision::Scalar;
+use crate::scenario::filter::{Fault, detections, jump};
 use boresight::association::{Gate, Jpda, MergingJpda, NearestNeighbour};
 use boresight::coupled::{Coupling, Cross, NoCross};
 use boresight::error::{ConfigError, ScanError};
@@ -61,24 +62,14 @@ pub struct Point {
 /// The points of both targets at scans 1..=87.
 pub type Tracks = [Vec<Point>; 2];
 
-/// What can go wrong besides the data: nothing, unless the constants here are.
-#[derive(Debug, thiserror::Error)]
-enum Fault {
-    #[error("{0}")]
-    Config(#[from] ConfigError),
-    #[error("{0}")]
-    Scan(#[from] ScanError),
-    #[error("a track was not accepted")]
-    Start,
-}
-
 /// Runs the filter `name` over a run.
 pub fn run<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Failure> {
-    follow_by::<T>(name, data).map_err(|fault| Failure::input(fault).within(name))
+    follow_by::<T>(name, data).map_err(|fault| fault.of(name))
 }
 
 fn follow_by<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
     let known = name == "MCF parametric";
+    let (jump, initial) = (jump(JUMP), INITIAL.map(T::lit));
     let sensors = [seeing::<T>(&RADAR, known)?, seeing(&INFRARED, known)?];
     let unresolving = || -> Result<_, Fault> {
         let cells = |of: &Specified| Resolution::new(of.cells.map(T::lit));
@@ -91,22 +82,17 @@ fn follow_by<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
         "MCF" | "MCF parametric" => coupled::<T, Cross<T, NX>, _>(data, &unresolving()?),
         "IMM-JPDA merged" => {
             let joint = MergingJpda::new(Jpda::new());
-            let tracker = ImmJpda::<T, Modes<T>, NX, MODES, 2, DETS, MergingJpda<96, 1>>::new(
-                modes()?,
-                jump(),
-                initial(),
-                Logic::unmanaged(),
-                joint,
-            )?;
+            let tracker =
+                ImmJpda::<T, Modes<T>, NX, MODES, 2, DETS, MergingJpda<96, 1>>::new(modes()?, jump, initial, Logic::unmanaged(), joint)?;
             apart(&tracker, data, &unresolving()?, ImmJpda::start, ImmJpda::step)
         }
         "IMM-JPDA" => {
             let tracker =
-                ImmJpda::<T, Modes<T>, NX, MODES, 2, DETS, Jpda<96>>::new(modes()?, jump(), initial(), Logic::unmanaged(), Jpda::new())?;
+                ImmJpda::<T, Modes<T>, NX, MODES, 2, DETS, Jpda<96>>::new(modes()?, jump, initial, Logic::unmanaged(), Jpda::new())?;
             apart(&tracker, data, &sensors, ImmJpda::start, ImmJpda::step)
         }
         _ => {
-            let tracker = ImmPdaf::<T, Modes<T>, NX, MODES, 2, DETS>::new(modes()?, jump(), initial(), Logic::unmanaged())?;
+            let tracker = ImmPdaf::<T, Modes<T>, NX, MODES, 2, DETS>::new(modes()?, jump, initial, Logic::unmanaged())?;
             match name {
                 "IMM-NN" => apart(&tracker.with_associator(NearestNeighbour), data, &sensors, ImmPdaf::start, ImmPdaf::step),
                 _ => apart(&tracker, data, &sensors, ImmPdaf::start, ImmPdaf::step),
@@ -118,14 +104,6 @@ fn follow_by<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
 fn modes<T: Scalar>() -> Result<Modes<T>, ConfigError> {
     let [quiet, turning, hard] = NOISE.map(|sigma| ProcessNoise::Discrete(T::lit(sigma * sigma)));
     Ok((ConstantVelocity::new(quiet)?, ConstantAcceleration::new(turning)?, ConstantAcceleration::new(hard)?))
-}
-
-fn jump<T: Scalar>() -> [[T; MODES]; MODES] {
-    JUMP.map(|row| row.map(T::lit))
-}
-
-fn initial<T: Scalar>() -> [T; MODES] {
-    INITIAL.map(T::lit)
 }
 
 fn seeing<T: Scalar>(of: &Specified, known: bool) -> Result<Seeing<T>, ConfigError> {
@@ -145,14 +123,13 @@ fn start<T: Scalar>(data: &Data) -> [Gaussian<T, NX>; 2] {
 /// The scans of both sensors in order: when, of which sensor, and what.
 fn scans<T: Scalar>(data: &Data) -> impl Iterator<Item = (Instant, [Vec<Detection<T, 2>>; 2])> {
     let [radar, infrared] = &data.plots;
-    (1..=SCANS).zip(radar.iter().zip(infrared)).map(|(k, (radar, infrared))| {
-        let detections = |plots: &[[f64; 2]]| plots.iter().map(|plot| Detection::new(plot.map(T::lit))).collect();
-        (Instant::from_millis(1000 * k as u64), [detections(radar), detections(infrared)])
-    })
+    (1..=SCANS)
+        .zip(radar.iter().zip(infrared))
+        .map(|(k, (radar, infrared))| (Instant::from_millis(1000 * k as u64), [detections(radar), detections(infrared)]))
 }
 
 fn coupled<T: Scalar, C: Coupling<T, NX>, S: Sensor<T, NX, 2>>(data: &Data, sensors: &[S; 2]) -> Result<Tracks, Fault> {
-    let filter = ImmCoupled::<T, Modes<T>, NX, MODES, C>::new(modes()?, jump(), initial())?;
+    let filter = ImmCoupled::<T, Modes<T>, NX, MODES, C>::new(modes()?, jump(JUMP), INITIAL.map(T::lit))?;
     let mut state = CoupledState::<T, NX, MODES, DETS, C>::new();
     filter.start(&mut state, start(data), Instant::ZERO).ok_or(Fault::Start)?;
     let mut tracks: Tracks = Default::default();

@@ -16,7 +16,7 @@ mod pictures;
 
 use super::{FilterResult, Metrics, Order, Outcome, Scenario};
 use crate::statistics::{mean, median, rms, wilson};
-use crate::{Failure, Precision, monte_carlo};
+use crate::{Failure, monte_carlo};
 use data::{Data, SCANS, TARGETS};
 use filters::Tracks;
 use std::fmt::Write;
@@ -98,8 +98,7 @@ struct Run {
 }
 
 fn run(order: &Order) -> Result<Outcome, Failure> {
-    let runs: Vec<Run> =
-        monte_carlo::run(SCENARIO.name, order.runs, |index| one_run(order, index)).into_iter().collect::<Result<_, _>>()?;
+    let runs = order.repeat(SCENARIO.name, |index| one_run(order, index))?;
     let mut outcome = Outcome::default();
     for (number, name) in order.filters.iter().enumerate() {
         let tracked: Vec<&Tracked> = runs.iter().map(|run| &run.filters[number]).collect();
@@ -114,14 +113,8 @@ fn run(order: &Order) -> Result<Outcome, Failure> {
 
 fn one_run(order: &Order, index: u64) -> Result<Run, Failure> {
     let data = data::draw(&mut monte_carlo::streams(order.seed, index));
-    let tracked = |name: &&'static str| {
-        let tracks = match order.precision {
-            Precision::F32 => filters::run::<f32>(name, &data),
-            Precision::F64 => filters::run::<f64>(name, &data),
-        };
-        Ok(Tracked::new(tracks?, &data))
-    };
-    let filters = order.filters.iter().map(tracked).collect::<Result<_, Failure>>()?;
+    let tracks = order.filter(&data, [filters::run::<f32>, filters::run::<f64>])?;
+    let filters = tracks.into_iter().map(|tracks| Tracked::new(tracks, &data)).collect();
     Ok(Run { data, filters })
 }
 

@@ -9,9 +9,9 @@
 //! Scans k = 1..100 at t = 5 k s. One draw serves every sensor: the same targets, misses and standard normal errors.
 
 use crate::monte_carlo::Streams;
+use crate::scenario::draw::{count, normal, reported, shuffle};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Poisson, StandardNormal};
 use std::f64::consts::PI;
 
 /// Scans of a run.
@@ -97,8 +97,7 @@ pub struct Data {
 }
 
 impl Data {
-    /// The plots of every scan as `sensor` reports them that detects with `p_detect`, in random order. They come in single
-    /// precision, so that filters in either precision see the same data.
+    /// The plots of every scan as `sensor` reports them that detects with `p_detect`, in random order.
     pub fn plots(&self, sensor: Sensor, p_detect: f64) -> Vec<Vec<[f64; 2]>> {
         let seen = |source: &Source| {
             let plot = match *source {
@@ -108,7 +107,7 @@ impl Data {
                     Sensor::Polar(_) => [PI * (1.0 - 2.0 * u), MOST_RANGE * v],
                 },
             };
-            Some(plot.map(|v| f64::from(v as f32)))
+            Some(reported(plot))
         };
         self.sources.iter().map(|scan| scan.iter().filter_map(seen).collect()).collect()
     }
@@ -152,19 +151,11 @@ pub fn draw(streams: &mut Streams) -> Data {
     Data { truth, sources }
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
-}
-
 fn scan(targets: &[Target], rng: &mut ChaCha8Rng) -> Vec<Source> {
     let mut sources: Vec<Source> =
         targets.iter().map(|target| Source::Target(target.position, [normal(rng), normal(rng)], rng.random())).collect();
-    let count = Poisson::new(CLUTTER).map_or(0.0, |p| p.sample(rng)) as usize;
-    sources.extend((0..count).map(|_| Source::Clutter([rng.random(), rng.random()])));
-    // Fisher–Yates: the order of plots tells nothing.
-    for i in (1..sources.len()).rev() {
-        sources.swap(i, rng.random_range(0..=i));
-    }
+    sources.extend((0..count(CLUTTER, rng)).map(|_| Source::Clutter([rng.random(), rng.random()])));
+    shuffle(&mut sources, rng);
     sources
 }
 

@@ -15,8 +15,9 @@
 use super::data::{self, Data, Motion, SCANS, Sensor};
 use crate::Failure;
 use crate::precision::Scalar;
+use crate::scenario::filter::{Fault, detections};
 use boresight::association::{Gate, Jpda};
-use boresight::error::{ConfigError, ScanError};
+use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
 use boresight::glmb::{Density, Gibbs, Mixture, Particles, Ranked, Region, Truncation};
 use boresight::initiation::{Initiation, Rule};
@@ -26,7 +27,7 @@ use boresight::model::position::Position;
 use boresight::model::radar::{Component, Radar};
 use boresight::model::turn::{KnownTurn, UnknownTurn};
 use boresight::model::unscented::{Scaling, Unscented};
-use boresight::scan::{Detection, Report, Scan};
+use boresight::scan::Scan;
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::{Duration, Instant};
@@ -100,17 +101,6 @@ pub struct Estimates {
     pub tracks: usize,
 }
 
-/// What can go wrong besides the data: nothing, unless the constants here are.
-#[derive(Debug, thiserror::Error)]
-enum Fault {
-    #[error("{0}")]
-    Config(#[from] ConfigError),
-    #[error("{0}")]
-    Scan(#[from] ScanError),
-    #[error("detections were dropped: {0:?}")]
-    Dropped(Report),
-}
-
 /// What distinguishes a GLMB filter.
 #[derive(Debug, Clone, Copy)]
 struct Setting {
@@ -166,7 +156,7 @@ pub fn linear<T: Scalar>(name: &str, data: &Data, rng: &mut ChaCha8Rng) -> Resul
             }
         }
     };
-    run().map_err(|fault| Failure::input(fault).within(name))
+    run().map_err(|fault| fault.of(name))
 }
 
 /// Runs a filter of the nonlinear example over the data of a run.
@@ -206,7 +196,7 @@ pub fn nonlinear<T: Scalar>(name: &str, data: &Data, rng: &mut ChaCha8Rng) -> Re
             }
         }
     };
-    run().map_err(|fault| Failure::input(fault).within(name))
+    run().map_err(|fault| fault.of(name))
 }
 
 fn noise<T: Scalar>(acceleration: f64) -> ProcessNoise<T> {
@@ -267,10 +257,6 @@ fn time(k: usize) -> Instant {
     Instant::from_millis(data::STEP_MS * (k as u64 + 1))
 }
 
-fn scan<T: Scalar>(plots: &[[f64; 2]]) -> Vec<Detection<T, 2>> {
-    plots.iter().map(|p| Detection::new(p.map(T::lit))).collect()
-}
-
 fn glmb<T, M, D, A, S, const NX: usize, const MODES: usize, const SLOTS: usize>(
     tracker: &Tracker<T, M, A, NX, MODES>,
     sensor: &S,
@@ -287,7 +273,7 @@ where
     let mut memory = Box::new(Memory::<T, D, A, SLOTS>::new());
     let mut estimates = Estimates::default();
     for k in 0..SCANS {
-        let report = tracker.step_with(&mut memory, sensor, &Scan::new(time(k), &scan(&plots[k])), rng)?;
+        let report = tracker.step_with(&mut memory, sensor, &Scan::new(time(k), &detections(&plots[k])), rng)?;
         if report.detections_dropped > 0 {
             return Err(Fault::Dropped(report));
         }
@@ -316,7 +302,7 @@ fn imm_jpda<T: Scalar>(sensor: &UniformSensor<Position<T, 2, 2>, T>, plots: &[Ve
     let mut state = Box::new(JointState::<T, 4, 3, TRACKS, DETS, Jpda<NODES>>::new());
     let mut estimates = Estimates::default();
     for k in 0..SCANS {
-        let report = tracker.step(&mut state, sensor, &Scan::new(time(k), &scan(&plots[k])))?;
+        let report = tracker.step(&mut state, sensor, &Scan::new(time(k), &detections(&plots[k])))?;
         if report.detections_dropped > 0 {
             return Err(Fault::Dropped(report));
         }

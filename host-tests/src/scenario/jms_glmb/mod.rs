@@ -102,8 +102,7 @@ struct Run {
 }
 
 fn run(order: &Order, example: &Example) -> Result<Outcome, Failure> {
-    let runs: Vec<Run> =
-        monte_carlo::run(example.name, order.runs, |index| one_run(order, example, index)).into_iter().collect::<Result<_, _>>()?;
+    let runs = order.repeat(example.name, |index| one_run(order, example, index))?;
     let mut outcome = Outcome::default();
     for (number, name) in order.filters.iter().enumerate() {
         let scores: Vec<Score> = runs.iter().map(|run| Score::new(&run.data, &run.filters[number].points)).collect();

@@ -10,9 +10,9 @@
 //! Scans k = 0..149 at t = k s. The first two give the tracks their two-point start, from noise of a stream of its own.
 
 use crate::monte_carlo::Streams;
+use crate::scenario::draw::{count, normal, reported, shuffle};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Poisson, StandardNormal};
 
 /// Scans of a run.
 pub const SCANS: usize = 150;
@@ -99,8 +99,7 @@ fn trajectory(target: usize, rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
         positions.push(axes.map(|[p, _, _]| p));
         let manoeuvre = MANOEUVRES[target].iter().find(|m| (m.from..m.to).contains(&k));
         for (axis, [p, v, a]) in axes.iter_mut().enumerate() {
-            let normal: f64 = StandardNormal.sample(rng);
-            let w = noise * normal;
+            let w = noise * normal(rng);
             match manoeuvre {
                 Some(m) => {
                     if k == m.from {
@@ -122,16 +121,7 @@ fn trajectory(target: usize, rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
 }
 
 fn measured(position: [f64; 2], rng: &mut ChaCha8Rng) -> [f64; 2] {
-    let noisy = position.map(|p| {
-        let normal: f64 = StandardNormal.sample(rng);
-        p + SIGMA * normal
-    });
-    reported(noisy)
-}
-
-/// Plots come in single precision, so that filters in either precision see the same data.
-fn reported(plot: [f64; 2]) -> [f64; 2] {
-    plot.map(|v| f64::from(v as f32))
+    reported(position.map(|p| p + SIGMA * normal(rng)))
 }
 
 fn scan(targets: [[f64; 2]; TARGETS], rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
@@ -145,8 +135,7 @@ fn scan(targets: [[f64; 2]; TARGETS], rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
     }
     let expected = CLUTTER_DENSITY * (2.0 * HALF_WIDTH) * (2.0 * HALF_WIDTH);
     for (number, centre) in targets.iter().enumerate() {
-        let count = Poisson::new(expected).map_or(0.0, |p| p.sample(rng)) as usize;
-        for _ in 0..count {
+        for _ in 0..count(expected, rng) {
             let point = reported(centre.map(|c| c + rng.random_range(-HALF_WIDTH..HALF_WIDTH)));
             let inside = |other: &[f64; 2]| (0..2).all(|i| (point[i] - other[i]).abs() < HALF_WIDTH);
             // The union of the windows, not their sum.
@@ -155,10 +144,7 @@ fn scan(targets: [[f64; 2]; TARGETS], rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
             }
         }
     }
-    // Fisher–Yates: the order of plots tells nothing.
-    for i in (1..plots.len()).rev() {
-        plots.swap(i, rng.random_range(0..=i));
-    }
+    shuffle(&mut plots, rng);
     plots
 }
 

@@ -16,13 +16,14 @@
 use super::data::{Data, P_DETECT, SIGMA, TARGETS};
 use crate::Failure;
 use crate::precision::Scalar;
+use crate::scenario::filter::{Fault, detections, jump};
 use boresight::association::{Gate, NearestNeighbour, PrintedPda, SingleAssociator};
-use boresight::error::{ConfigError, ScanError};
+use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
 use boresight::mode::{JumpMatrix, ModeSet};
 use boresight::model::motion::{ConstantAcceleration, ConstantVelocity, ProcessNoise};
 use boresight::model::position::Position;
-use boresight::scan::{Detection, Scan};
+use boresight::scan::Scan;
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::Instant;
@@ -63,20 +64,9 @@ pub struct Point {
 /// The estimates of both targets at scans 2, 3, …
 pub type Tracks = [Vec<Point>; TARGETS];
 
-/// What can go wrong besides the data: nothing, unless the constants here are.
-#[derive(Debug, thiserror::Error)]
-enum Fault {
-    #[error("{0}")]
-    Config(#[from] ConfigError),
-    #[error("{0}")]
-    Scan(#[from] ScanError),
-    #[error("a track could not be started")]
-    Start,
-}
-
 /// Runs the filter `name` over the data of a run.
 pub fn run<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Failure> {
-    tracks::<T>(name, data).map_err(|fault| Failure::input(fault).within(name))
+    tracks::<T>(name, data).map_err(|fault| fault.of(name))
 }
 
 fn tracks<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
@@ -109,10 +99,10 @@ fn tracks<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
 
 fn tracker<T: Scalar, M: ModeSet<T, 6, MODES>, const MODES: usize>(
     modes: M,
-    jump: JumpMatrix<f64, MODES>,
+    jumps: JumpMatrix<f64, MODES>,
     initial: [f64; MODES],
 ) -> Result<ImmPdaf<T, M, 6, MODES, TARGETS, DETS>, ConfigError> {
-    ImmPdaf::new(modes, jump.map(|row| row.map(T::lit)), initial.map(T::lit), Logic::unmanaged())
+    ImmPdaf::new(modes, jump(jumps), initial.map(T::lit), Logic::unmanaged())
 }
 
 fn follow<T: Scalar, M: ModeSet<T, 6, MODES>, A: SingleAssociator<T>, const MODES: usize>(
@@ -131,8 +121,7 @@ fn follow<T: Scalar, M: ModeSet<T, 6, MODES>, A: SingleAssociator<T>, const MODE
     }
     let mut tracks: Tracks = Default::default();
     for (k, plots) in data.plots.iter().enumerate().skip(2) {
-        let detections: Vec<_> = plots.iter().map(|p| Detection::new(p.map(T::lit))).collect();
-        tracker.step(&mut state, &sensor, &Scan::new(Instant::from_millis(1000 * k as u64), &detections))?;
+        tracker.step(&mut state, &sensor, &Scan::new(Instant::from_millis(1000 * k as u64), &detections(plots)))?;
         for (id, track) in ids.iter().zip(&mut tracks) {
             let point = state.track(*id).map_or(NOWHERE, |track| {
                 let g = track.bank().combined();

@@ -91,8 +91,7 @@ struct Difference {
 }
 
 fn run(order: &Order) -> Result<Outcome, Failure> {
-    let runs: Vec<Run> =
-        monte_carlo::run(SCENARIO.name, order.runs, |index| one_run(order, index)).into_iter().collect::<Result<_, _>>()?;
+    let runs = order.repeat(SCENARIO.name, |index| one_run(order, index))?;
     let mut outcome = Outcome::default();
     let mut notes = String::new();
     for (number, name) in order.filters.iter().enumerate() {

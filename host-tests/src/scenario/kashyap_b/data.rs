@@ -9,9 +9,9 @@
 //! Scans k = 0..99 at t = k s. The first sensor sees targets 1, 2 and 3, the second 1, 2 and 4.
 
 use crate::monte_carlo::Streams;
+use crate::scenario::draw::{count, normal, reported, shuffle};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Poisson, StandardNormal};
 
 /// Scans of a run.
 pub const SCANS: usize = 100;
@@ -62,10 +62,6 @@ pub fn draw(streams: &mut Streams) -> Data {
     Data { truth, plots }
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
-}
-
 fn trajectory(target: usize, rng: &mut ChaCha8Rng) -> Vec<Kinematics> {
     let mut axes = START[target].map(|[p, v]| [p, v, 0.0]);
     let mut states = Vec::with_capacity(SCANS);
@@ -88,9 +84,8 @@ fn trajectory(target: usize, rng: &mut ChaCha8Rng) -> Vec<Kinematics> {
     states
 }
 
-/// Plots come in single precision, so that filters in either precision see the same data.
-fn reported(sensor: usize, position: [f64; 2]) -> [f64; 2] {
-    std::array::from_fn(|axis| f64::from((position[axis] - SENSORS[sensor][axis]) as f32))
+fn seen_from(sensor: usize, position: [f64; 2]) -> [f64; 2] {
+    reported(std::array::from_fn(|axis| position[axis] - SENSORS[sensor][axis]))
 }
 
 fn scan(sensor: usize, targets: [Kinematics; TARGETS], rng: &mut ChaCha8Rng) -> Vec<[f64; 2]> {
@@ -99,16 +94,13 @@ fn scan(sensor: usize, targets: [Kinematics; TARGETS], rng: &mut ChaCha8Rng) -> 
         // Both drawn whether detected or not: a miss then shifts no other random number.
         let (plot, detected) = ([x, y].map(|p| p + R.sqrt() * normal(rng)), rng.random_bool(P_DETECT));
         if seen && detected {
-            plots.push(reported(sensor, plot));
+            plots.push(seen_from(sensor, plot));
         }
     }
     let [width, height] = REGION.map(|[from, to]| to - from);
-    let count = Poisson::new(CLUTTER_DENSITY * width * height).map_or(0.0, |p| p.sample(rng)) as usize;
-    plots.extend((0..count).map(|_| reported(sensor, REGION.map(|[from, to]| rng.random_range(from..to)))));
-    // Fisher–Yates: the order of plots tells nothing.
-    for i in (1..plots.len()).rev() {
-        plots.swap(i, rng.random_range(0..=i));
-    }
+    let clutter = count(CLUTTER_DENSITY * width * height, rng);
+    plots.extend((0..clutter).map(|_| seen_from(sensor, REGION.map(|[from, to]| rng.random_range(from..to)))));
+    shuffle(&mut plots, rng);
     plots
 }
 

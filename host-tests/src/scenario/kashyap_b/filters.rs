@@ -15,15 +15,16 @@
 use super::data::{Data, P_DETECT, R, SCANS, SENSORS};
 use crate::Failure;
 use crate::precision::Scalar;
+use crate::scenario::filter::{Fault, detections, jump};
 use boresight::association::{Gate, Jpda, Pda, PrintedPda, SingleAssociator};
-use boresight::error::{ConfigError, ScanError};
-use boresight::fusion::{Combiner, Frame, FusedPicture, FusionReport, Limits, ListError, Rule, Weight};
+use boresight::error::ConfigError;
+use boresight::fusion::{Combiner, Frame, FusedPicture, Limits, Rule, Weight};
 use boresight::gaussian::Gaussian;
 use boresight::initiation::{self, Initiation};
 use boresight::mode::{JumpMatrix, ModeBank};
 use boresight::model::motion::{ConstantAcceleration, ConstantVelocity, ProcessNoise};
 use boresight::model::position::Position;
-use boresight::scan::{Detection, Scan};
+use boresight::scan::Scan;
 use boresight::sensor::{Clutter, UniformSensor};
 use boresight::symmetric::Symmetric;
 use boresight::time::{Duration, Instant};
@@ -39,6 +40,8 @@ const TRACKS: usize = 16;
 const DETS: usize = 48;
 /// Nodes of a layer in joint association: more than clusters of this scenario need.
 const NODES: usize = 64;
+
+const JUMP: JumpMatrix<f64, 2> = [[0.88, 0.12], [1.0 / 15.0, 1.0 - 1.0 / 15.0]];
 
 type Modes<T> = (ConstantVelocity<T, 2, 3>, ConstantAcceleration<T, 2>);
 type Sensor<T> = UniformSensor<Position<T, 2, 3>, T>;
@@ -59,19 +62,6 @@ pub struct Point {
 /// All confirmed tracks by scan.
 pub type Tracks = Vec<Vec<Point>>;
 
-/// What can go wrong besides the data: nothing, unless the constants here are.
-#[derive(Debug, thiserror::Error)]
-enum Fault {
-    #[error("{0}")]
-    Config(#[from] ConfigError),
-    #[error("{0}")]
-    Scan(#[from] ScanError),
-    #[error("{0}")]
-    List(#[from] ListError),
-    #[error("the picture has no room: {0:?}")]
-    Full(FusionReport),
-}
-
 /// Runs the filter `name` over the data of a run.
 pub fn run<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Failure> {
     let half = Rule::Intersection(Weight::Fixed(T::lit(0.5)));
@@ -81,16 +71,12 @@ pub fn run<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Failure> {
         "proper fused CI" => fused::<T, _>(Pda, half, data),
         _ => centralised::<T>(data),
     };
-    tracks.map_err(|fault| Failure::input(fault).within(name))
+    tracks.map_err(|fault| fault.of(name))
 }
 
 fn modes<T: Scalar>() -> Result<Modes<T>, ConfigError> {
     let noise = |variance: f64| ProcessNoise::Discrete(T::lit(variance));
     Ok((ConstantVelocity::new(noise(0.1))?, ConstantAcceleration::new(noise(30.0))?))
-}
-
-fn jump<T: Scalar>() -> JumpMatrix<T, 2> {
-    [[0.88, 0.12], [1.0 / 15.0, 1.0 - 1.0 / 15.0]].map(|row| row.map(T::lit))
 }
 
 fn initial<T: Scalar>() -> [T; 2] {
@@ -116,10 +102,6 @@ fn sensor<T: Scalar>(origin: [f64; 2]) -> Result<Sensor<T>, ConfigError> {
     UniformSensor::new(model, T::lit(P_DETECT), Clutter::Diffuse, gate)
 }
 
-fn scan<T: Scalar>(plots: &[[f64; 2]]) -> Vec<Detection<T, 2>> {
-    plots.iter().map(|p| Detection::new(p.map(T::lit))).collect()
-}
-
 fn point<T: Scalar>(id: TrackId, g: &Gaussian<T, 6>, prob: &[T; 2]) -> Point {
     let place = [0, 1, 3, 4];
     let cov = (0..16).map(|k| g.cov.get(place[k / 4], place[k % 4]).map_or(f64::NAN, Into::into)).collect();
@@ -133,11 +115,11 @@ fn confirmed<T: Scalar>(track: &Track<T, 6, 2>) -> Option<(TrackId, &ModeBank<T,
 
 /// Every sensor its own tracker in its own frame; their confirmed tracks are combined scan by scan.
 fn fused<T: Scalar, A: SingleAssociator<T>>(associator: A, rule: Rule<T>, data: &Data) -> Result<Tracks, Fault> {
-    let tracker = ImmPdaf::<T, _, 6, 2, TRACKS, DETS>::new(modes()?, jump(), initial(), logic(4, 5)?)?
+    let tracker = ImmPdaf::<T, _, 6, 2, TRACKS, DETS>::new(modes()?, jump(JUMP), initial(), logic(4, 5)?)?
         .with_initiation(initiation()?)
         .with_associator(associator);
     let limits = Limits { join: T::lit(25.0), part: T::lit(36.0), max_age: Duration::from_millis(5000) };
-    let combiner = Combiner::new(modes()?, jump(), rule, limits)?;
+    let combiner = Combiner::new(modes()?, jump(JUMP), rule, limits)?;
     let sensor = sensor([0.0; 2])?;
     let frames = SENSORS.map(|[x, y]| Frame::new([x, y, 0.0].map(T::lit), T::ZERO));
     let mut states: [Box<State<T, 6, 2, TRACKS, DETS>>; 2] = Default::default();
@@ -146,7 +128,7 @@ fn fused<T: Scalar, A: SingleAssociator<T>>(associator: A, rule: Rule<T>, data: 
     for k in 0..SCANS {
         let time = Instant::from_millis(1000 * k as u64);
         for (number, (state, frame)) in states.iter_mut().zip(frames).enumerate() {
-            tracker.step(state, &sensor, &Scan::new(time, &scan(&data.plots[number][k])))?;
+            tracker.step(state, &sensor, &Scan::new(time, &detections(&data.plots[number][k])))?;
             combiner.receive(&mut picture, number, &frame?, time, state.tracks().filter_map(confirmed))?;
         }
         let report = combiner.update(&mut picture);
@@ -160,14 +142,14 @@ fn fused<T: Scalar, A: SingleAssociator<T>>(associator: A, rule: Rule<T>, data: 
 
 /// One tracker for the plots of both sensors.
 fn centralised<T: Scalar>(data: &Data) -> Result<Tracks, Fault> {
-    let tracker = ImmJpda::<T, _, 6, 2, TRACKS, DETS, Jpda<NODES>>::new(modes()?, jump(), initial(), logic(8, 10)?, Jpda::new())?
+    let tracker = ImmJpda::<T, _, 6, 2, TRACKS, DETS, Jpda<NODES>>::new(modes()?, jump(JUMP), initial(), logic(8, 10)?, Jpda::new())?
         .with_initiation(initiation()?);
     let sensors = [sensor(SENSORS[0])?, sensor(SENSORS[1])?];
     let mut state = Box::new(JointState::<T, 6, 2, TRACKS, DETS, Jpda<NODES>>::new());
     let mut tracks = Tracks::new();
     for k in 0..SCANS {
         for (number, sensor) in sensors.iter().enumerate() {
-            tracker.step(&mut state, sensor, &Scan::new(Instant::from_millis(1000 * k as u64), &scan(&data.plots[number][k])))?;
+            tracker.step(&mut state, sensor, &Scan::new(Instant::from_millis(1000 * k as u64), &detections(&data.plots[number][k])))?;
         }
         let known = state.tracks().filter_map(confirmed);
         tracks.push(known.map(|(id, bank)| point(id, &bank.combined(), &bank.prob)).collect());

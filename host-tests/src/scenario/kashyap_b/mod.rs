@@ -20,7 +20,7 @@ mod pictures;
 use super::{FilterResult, Metrics, Order, Outcome, Scenario};
 use crate::metrics::{consistency, match_points, nees};
 use crate::statistics::{mean, rms};
-use crate::{Failure, Precision, monte_carlo};
+use crate::{Failure, monte_carlo};
 use data::{Data, MANOEUVRE, SCANS, TARGETS};
 use filters::{Point, Tracks};
 use std::fmt::Write;
@@ -101,8 +101,7 @@ fn normalised(point: &Point, truth: [f64; 4]) -> f64 {
 }
 
 fn run(order: &Order) -> Result<Outcome, Failure> {
-    let runs: Vec<Run> =
-        monte_carlo::run(SCENARIO.name, order.runs, |index| one_run(order, index)).into_iter().collect::<Result<_, _>>()?;
+    let runs = order.repeat(SCENARIO.name, |index| one_run(order, index))?;
     let mut outcome = Outcome::default();
     for (number, name) in order.filters.iter().enumerate() {
         let summary = Summary::new(&runs, number);
@@ -118,11 +117,8 @@ fn run(order: &Order) -> Result<Outcome, Failure> {
 
 fn one_run(order: &Order, index: u64) -> Result<Run, Failure> {
     let data = data::draw(&mut monte_carlo::streams(order.seed, index));
-    let run_in = |name: &str| match order.precision {
-        Precision::F32 => filters::run::<f32>(name, &data),
-        Precision::F64 => filters::run::<f64>(name, &data),
-    };
-    let filters = order.filters.iter().map(|name| Ok(Tracked::new(run_in(name)?, &data))).collect::<Result<_, Failure>>()?;
+    let tracks = order.filter(&data, [filters::run::<f32>, filters::run::<f64>])?;
+    let filters = tracks.into_iter().map(|tracks| Tracked::new(tracks, &data)).collect();
     Ok(Run { data, filters })
 }
 

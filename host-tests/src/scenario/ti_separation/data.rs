@@ -16,10 +16,9 @@
 //! what the radar resolves. Geometry, noise and cells are chosen here.
 
 use crate::monte_carlo::Streams;
+use crate::scenario::draw::{count, normal, reported};
 use rand::RngExt;
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Poisson, StandardNormal};
 
 /// Frames of a run.
 pub const FRAMES: usize = 100;
@@ -98,19 +97,14 @@ pub fn draw(case: Case, streams: &mut Streams) -> Data {
             true => vec![std::array::from_fn(|k| 0.5 * (first[k] + second[k]))],
             false => noisy.into_iter().zip(seen).filter(|(_, seen)| *seen).map(|(plot, _)| plot).collect(),
         };
-        let clutter = Poisson::new(CLUTTER).map_or(0, |poisson| poisson.sample(rng) as usize);
+        let clutter = count(CLUTTER, rng);
         plots.extend((0..clutter).map(|_| FIELD.map(|[from, to]| from + (to - from) * rng.random::<f64>())));
         plots.shuffle(rng);
         data.truth.push(objects.map(|[x, _, y, _]| [x, y]));
-        // In single precision, so that filters in either precision see the same data.
-        data.plots.push(plots.into_iter().map(|plot| plot.map(|v| f64::from(v as f32))).collect());
+        data.plots.push(plots.into_iter().map(reported).collect());
         data.merged += usize::from(as_one);
     }
     data
-}
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 #[cfg(test)]

@@ -8,14 +8,15 @@
 use super::data::{CELLS, CLUTTER, Data, FIELD, FRAME_MS, P_DETECT, SIGMAS};
 use crate::Failure;
 use crate::precision::Scalar;
+use crate::scenario::filter::{Fault, detections, jump};
 use boresight::association::{Associator, Gate, Jpda, MergingJpda};
-use boresight::error::{ConfigError, ScanError};
+use boresight::error::ConfigError;
 use boresight::gaussian::Gaussian;
 use boresight::initiation::{Initiation, Rule};
 use boresight::model::motion::{ConstantVelocity, ProcessNoise};
 use boresight::model::radar::{Component, Radar};
 use boresight::model::resolution::Resolution;
-use boresight::scan::{Detection, Scan};
+use boresight::scan::Scan;
 use boresight::sensor::{Clutter, Sensor, UniformSensor, Unresolving};
 use boresight::symmetric::Symmetric;
 use boresight::time::{Duration, Instant};
@@ -46,15 +47,6 @@ const SPEED: f64 = 4.0;
 /// The confirmed tracks of a frame: identity and position \[m\].
 pub type Frame = Vec<(u32, [f64; 2])>;
 
-/// What can go wrong besides the data: nothing, unless the constants here are.
-#[derive(Debug, thiserror::Error)]
-enum Fault {
-    #[error("{0}")]
-    Config(#[from] ConfigError),
-    #[error("{0}")]
-    Scan(#[from] ScanError),
-}
-
 /// Runs the filter `name` over a run.
 pub fn run<T: Scalar>(name: &str, data: &Data) -> Result<Vec<Frame>, Failure> {
     let follow = || -> Result<Vec<Frame>, Fault> {
@@ -67,7 +59,7 @@ pub fn run<T: Scalar>(name: &str, data: &Data) -> Result<Vec<Frame>, Failure> {
             }
         }
     };
-    follow().map_err(|fault| Failure::input(fault).within(name))
+    follow().map_err(|fault| fault.of(name))
 }
 
 fn radar<T: Scalar>() -> Result<UniformSensor<Radar<T, 3, 2, 2>, T>, ConfigError> {
@@ -88,14 +80,13 @@ fn follow<T: Scalar, S: Sensor<T, NX, 3>, A: Associator<T, TRACKS, DETS>>(
     let prior = Gaussian::new(SVector::zeros(), Symmetric::from_diagonal(variances));
     let pairs = Rule::TwoPoint { max_speed: T::lit(MAX_SPEED), max_gap: Duration::from_millis(250) };
     let [hits, window, misses] = LOGIC;
-    let (jump, initial) = (JUMP.map(|row| row.map(T::lit)), INITIAL.map(T::lit));
+    let (jump, initial) = (jump(JUMP), INITIAL.map(T::lit));
     let tracker =
         ImmJpda::new(modes, jump, initial, Logic::new(hits, window, misses)?, associator)?.with_initiation(Initiation::new(pairs, prior)?);
     let mut state = Box::new(JointState::<T, NX, MODES, TRACKS, DETS, A>::new());
     let mut frames = Vec::with_capacity(data.plots.len());
     for (plots, time) in data.plots.iter().zip(1..) {
-        let detections: Vec<_> = plots.iter().map(|plot| Detection::new(plot.map(T::lit))).collect();
-        tracker.step(&mut state, sensor, &Scan::new(Instant::from_millis(FRAME_MS * time), &detections))?;
+        tracker.step(&mut state, sensor, &Scan::new(Instant::from_millis(FRAME_MS * time), &detections(plots)))?;
         let confirmed = state.estimates().filter(|estimate| estimate.status != Status::Tentative);
         frames.push(confirmed.map(|e| (e.id.number(), [0, 2].map(|i| e.state.mean[i].into()))).collect());
     }

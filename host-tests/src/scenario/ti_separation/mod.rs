@@ -19,7 +19,7 @@ mod filters;
 use super::{FilterResult, Metrics, Order, Outcome, Picture, Scenario};
 use crate::picture::{Chart, Series};
 use crate::statistics::wilson;
-use crate::{Failure, Precision, monte_carlo};
+use crate::{Failure, monte_carlo};
 use data::{Case, Data, FRAME_MS, FRAMES};
 use filters::Frame;
 use std::fmt::Write;
@@ -49,8 +49,7 @@ const NEAR: f64 = 2.0;
 type Tracked = (Data, Vec<Vec<Frame>>);
 
 fn run(order: &Order) -> Result<Outcome, Failure> {
-    let one = |index| one_run(order, index);
-    let runs: Vec<[Tracked; 3]> = monte_carlo::run(SCENARIO.name, order.runs, one).into_iter().collect::<Result<_, _>>()?;
+    let runs = order.repeat(SCENARIO.name, |index| one_run(order, index))?;
     let mut outcome = Outcome::default();
     for (number, name) in order.filters.iter().enumerate() {
         let mut metrics = Metrics::new();
@@ -82,11 +81,7 @@ fn one_run(order: &Order, index: u64) -> Result<[Tracked; 3], Failure> {
     let mut streams = monte_carlo::streams(order.seed, index);
     let mut tracked = |case: Case| -> Result<Tracked, Failure> {
         let data = data::draw(case, &mut streams);
-        let of = |name: &&str| match order.precision {
-            Precision::F32 => filters::run::<f32>(name, &data),
-            Precision::F64 => filters::run::<f64>(name, &data),
-        };
-        let tracks = order.filters.iter().map(of).collect::<Result<_, _>>()?;
+        let tracks = order.filter(&data, [filters::run::<f32>, filters::run::<f64>])?;
         Ok((data, tracks))
     };
     Ok([tracked(Case::Range)?, tracked(Case::Azimuth)?, tracked(Case::Speed)?])

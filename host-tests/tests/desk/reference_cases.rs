@@ -238,3 +238,14 @@ fn ukf_in_single_precision_holds_except_for_tiny_spreads() -> Result<(), Box<dyn
     }
     Ok(())
 }
+
+#[test]
+fn broken_file_is_named_with_its_line() -> Result<(), Box<dyn Error>> {
+    let dir = tempfile::tempdir()?;
+    let (input, output) = (dir.path().join("in.json"), dir.path().join("out.json"));
+    std::fs::write(&input, "{\"meta\": {},\n \"cases\": [NaN]}")?;
+    let failure = solve::run(&input, &output, Precision::F64);
+    assert!(failure.is_err_and(|f| f.to_string().contains("in.json, line 2: not valid JSON")));
+    assert!(!output.exists());
+    Ok(())
+}

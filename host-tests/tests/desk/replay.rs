@@ -4,6 +4,8 @@
 //! too. The recordings are not part of the repository: `BORESIGHT_DATA` names their directory,
 //! and without it the test says so and passes.
 
+use host_tests::Precision;
+use host_tests::replay::Request;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -328,6 +330,42 @@ fn descriptions_that_make_no_sense_are_refused_in_one_line() -> Outcome {
         assert_eq!((output.status.code(), told.lines().count()), (Some(2), 1), "{text}: {told}");
         assert!(told.contains(expected), "{text}: {told}");
         assert!(!dir.path().join("out").exists() && !dir.path().join("r.json").exists(), "{text} left something behind");
+    }
+    Ok(())
+}
+
+/// To replay `plots`, given as text, in a directory.
+fn request(dir: &Path, plots: &str) -> std::io::Result<Request> {
+    let file = dir.join("plots.csv");
+    std::fs::write(&file, plots)?;
+    Ok(Request { plots: file, config: None, precision: Precision::F32, out: Some(dir.join("out")), json: None })
+}
+
+#[test]
+fn all_results_are_there_even_of_nothing() -> Outcome {
+    let dir = tempfile::tempdir()?;
+    host_tests::replay::run(&request(dir.path(), "t_us,sensor,range,azimuth\n0,radar,100,0.1\n0,radar,90,0.2\n2000000,radar,,\n")?)?;
+    let text = |name: &str| std::fs::read_to_string(dir.path().join("out").join(name));
+    let summary: Value = serde_json::from_str(&text("replay.json")?)?;
+    assert_eq!(summary["sensors"], json!([{"name": "radar", "scans": 2, "detections": 2}]));
+    assert_eq!((&summary["duration_s"], &summary["judgement"]), (&2.0.into(), &Value::Null));
+    let tracks: Value = serde_json::from_str(&text("tracks.json")?)?;
+    assert_eq!(tracks["tracks"], json!([]));
+    assert_eq!(text("tracks.csv")?.lines().count(), 1);
+    assert!(text("tracks.svg")?.starts_with("<svg") && text("scene.svg")?.starts_with("<svg"));
+    Ok(())
+}
+
+#[test]
+fn bad_plots_leave_nothing_behind() -> Outcome {
+    let dir = tempfile::tempdir()?;
+    for (plots, told) in [
+        ("t_us,sensor,x,y\n0,radar,1,two\n", "line 2: column y"),
+        ("t_us,sensor,range,azimuth\n0,radar,1,\n0,radar,1,1\n", "plots.csv: sensor radar: range,azimuth at t = 0 us"),
+    ] {
+        let request = request(dir.path(), plots)?;
+        assert!(host_tests::replay::run(&request).is_err_and(|failure| failure.to_string().contains(told)), "{told}");
+        assert!(!dir.path().join("out").exists());
     }
     Ok(())
 }

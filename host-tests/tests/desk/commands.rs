@@ -2,6 +2,8 @@
 //!
 //! Status 0: done; 2: bad usage or input. Every failure below is bad input of one kind.
 
+use host_tests::cli::execute;
+use host_tests::error::Status;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
@@ -75,4 +77,44 @@ fn replay_writes_its_results() -> Result<(), Box<dyn Error>> {
     let result: serde_json::Value = serde_json::from_str(&fs::read_to_string(dir.path().join("r.json"))?)?;
     assert_eq!(result["sensors"][0], serde_json::json!({"name": "r", "scans": 2, "detections": 2}));
     Ok(())
+}
+
+/// What the arguments of `line` are refused for.
+fn refusal(line: &str) -> Option<String> {
+    let arguments = std::iter::once("host-tests").chain(line.split_whitespace());
+    let failure = execute(arguments).err()?;
+    assert_eq!(failure.status(), Status::Input, "{line}");
+    Some(failure.to_string())
+}
+
+#[test]
+fn usage_errors_are_one_line() {
+    for line in [
+        "",
+        "fly",
+        "run",
+        "run kashyap-a --runs 0",
+        "run kashyap-a --runs many",
+        "solve a.json",
+        "solve a.json b.json --precision f16",
+        "list --nonsense",
+        "replay",
+        "run x --seed -1",
+    ] {
+        let told = refusal(line);
+        assert!(told.as_ref().is_some_and(|m| !m.contains('\n') && m.ends_with("see --help")), "{line}: {told:?}");
+    }
+}
+
+#[test]
+fn usage_errors_name_what_is_wrong() {
+    let of = |line| refusal(line).unwrap_or_default();
+    assert!(of("fly").contains("'fly'"));
+    assert!(of("run").contains("<SCENARIO>"));
+    assert!(of("solve a b --precision f16").contains("[possible values: f32, f64]"));
+}
+
+#[test]
+fn unknown_scenario_is_bad_usage() {
+    assert!(refusal("run no-such-scenario").is_some_and(|m| m.contains("\"no-such-scenario\"")));
 }

@@ -1,5 +1,6 @@
-//! The work of joint association against the formula of its worst case, in a build that counts.
+//! The work of joint association against the formula of its worst case.
 
+use super::COUNTER;
 use boresight::association::{AssociationMatrix, Associator, ClutterPrior, Domain, Jpda, take_operations};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -31,6 +32,7 @@ fn load<const TRACKS: usize, const DETS: usize, const NODES: usize>(count: usize
 
 #[test]
 fn no_matrix_takes_more_steps_than_the_formula() {
+    let _alone = COUNTER.lock();
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let shares = [
         load::<1, 1, 2>(20, &mut rng),

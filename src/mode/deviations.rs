@@ -1,0 +1,117 @@
+//! The modes of a density about one place: from this, a mixture costs one sum of numbers a mode.
+//!
+//! ```text
+//! d_i = x_i − x_o,   N_i = P_i + d_i d_i'
+//! x = x_o + Σ_i w_i d_i,   P = Σ_i w_i N_i − (x − x_o)(x − x_o)',   Σ w_i = 1
+//! ```
+//!
+//! x_o is the mean of one of the modes. All terms have the size of the distances between modes: see [`ModeBank::interact`].
+
+use super::{ActiveSet, ModeBank};
+use crate::gaussian::Gaussian;
+use crate::scalar::Real;
+use nalgebra::SVector;
+
+/// Some modes of a [`ModeBank`] about one place, and their probabilities: what a scan mixes from.
+#[derive(Clone, Copy, Debug)]
+pub struct Deviations<T, const NX: usize, const MODES: usize> {
+    /// μ
+    prob: [T; MODES],
+    /// x_o
+    place: SVector<T, NX>,
+    /// d_i, N_i
+    modes: [Gaussian<T, NX>; MODES],
+}
+
+impl<T: Real, const NX: usize, const MODES: usize> Deviations<T, NX, MODES> {
+    /// All zero bits: of no mode.
+    pub const ZERO: Self = Self { prob: [T::ZERO; MODES], place: Gaussian::<T, NX>::ZERO.mean, modes: [Gaussian::ZERO; MODES] };
+
+    /// Those of the modes `active` of `bank`; the others are held as zero.
+    ///
+    /// Cost: for every mode of `active` about 2 NX (NX + 1) / 2 operations.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(bank: &ModeBank<T, NX, MODES>, active: ActiveSet) -> Self {
+        let place = active.iter().find_map(|r| bank.modes.get(r)).map_or(Gaussian::<T, NX>::ZERO.mean, |g| g.mean);
+        let of = |i: usize| if active.contains(i) { about(&place, &bank.modes[i]) } else { Gaussian::ZERO };
+        Self { prob: bank.prob, place, modes: core::array::from_fn(of) }
+    }
+
+    /// The same in place. What is held of other modes stays as it was, and no longer means anything.
+    #[inline(always)]
+    pub fn take(&mut self, bank: &ModeBank<T, NX, MODES>, active: ActiveSet) {
+        self.prob = bank.prob;
+        let Some(first) = active.iter().find_map(|r| bank.modes.get(r)) else { return };
+        self.place = first.mean;
+        for (i, (mode, g)) in self.modes.iter_mut().zip(&bank.modes).enumerate() {
+            if active.contains(i) {
+                *mode = about(&self.place, g);
+            }
+        }
+    }
+
+    /// μ
+    #[inline(always)]
+    #[must_use]
+    pub const fn prob(&self) -> &[T; MODES] {
+        &self.prob
+    }
+
+    /// The moment match of the modes with the weights `weight`, which sum to one and are zero in modes that are not held.
+    #[inline(always)]
+    pub fn mix(&self, weight: &[T; MODES], mixed: &mut Gaussian<T, NX>) {
+        let (mut bar, mut cov) = ([T::ZERO; NX], [[T::ZERO; NX]; NX]);
+        for (g, w) in self.modes.iter().zip(weight) {
+            if *w == T::ZERO {
+                continue;
+            }
+            let mut product = g.mean.data.0[0];
+            for k in 0..NX {
+                product[k] *= *w;
+            }
+            for k in 0..NX {
+                bar[k] += product[k];
+            }
+            unrolled!(for a in NX {
+                let mut product = g.cov.upper()[a];
+                for b in a..NX {
+                    product[b] *= *w;
+                }
+                for b in a..NX {
+                    cov[a][b] += product[b];
+                }
+            });
+        }
+        unrolled!(for a in NX {
+            let mut product = [T::ZERO; NX];
+            for b in a..NX {
+                product[b] = bar[a] * bar[b];
+            }
+            for b in a..NX {
+                mixed.cov.upper_mut()[a][b] = cov[a][b] - product[b];
+            }
+        });
+        for k in 0..NX {
+            mixed.mean.data.0[0][k] = self.place.data.0[0][k] + bar[k];
+        }
+    }
+}
+
+/// d, N
+#[inline(always)]
+fn about<T: Real, const NX: usize>(place: &SVector<T, NX>, g: &Gaussian<T, NX>) -> Gaussian<T, NX> {
+    let mut about = Gaussian::ZERO;
+    let d: [T; NX] = core::array::from_fn(|k| g.mean.data.0[0][k] - place.data.0[0][k]);
+    about.mean.data.0[0] = d;
+    unrolled!(for a in NX {
+        let mut product = [T::ZERO; NX];
+        for b in a..NX {
+            product[b] = d[a] * d[b];
+        }
+        for b in a..NX {
+            about.cov.upper_mut()[a][b] = g.cov.upper()[a][b] + product[b];
+        }
+    });
+    about
+}
