@@ -67,9 +67,7 @@ impl GlmbWork {
     pub(crate) const fn ranked(of: Capacities) -> Self {
         let (s, h, l, g) = (of.slots as u64, of.hypotheses as u64, of.labels as u64, of.gated as u64);
         let (m, c, k, columns) = (of.detections as u64, of.components as u64, of.events as u64, of.columns as u64);
-        // There is one to begin with.
-        let p = if of.parents >= of.hypotheses { h } else { of.parents as u64 };
-        let p = if p > 0 { p } else { 1 };
+        let p = if of.parents < of.hypotheses { of.parents as u64 } else { h };
         let (offers, depth) = (p * k, h.ilog2() as u64);
         let merges = if offers < h { 0 } else { 1 + 8 * (offers - h) / h };
         Self {
