@@ -82,6 +82,27 @@ fn particles_agree_with_gaussians() -> Outcome {
     Ok(())
 }
 
+/// Two sensors at a time: between their scans points have no noise left to be drawn, and are weighed as they are.
+#[test]
+fn particles_take_two_scans_at_one_time() -> Outcome {
+    let tracker = straight()?.with_region(Region::new(0.5, prior(), [1.0])?)?;
+    let (sensor, mut rng) = (sensor(0.9)?, ChaCha8Rng::seed_from_u64(8));
+    let mut exact = Box::new(GlmbState::<f64, Mixture<f64, 4, 1, 1>, Events, 6, 32, 3, 4, 4>::new());
+    let mut points = Box::new(GlmbState::<f64, Particles<f64, 4, 1, 1000>, Events, 6, 32, 3, 4, 4>::new());
+    for k in 0..20 {
+        let [x, y] = place(k / 2);
+        let plots = [Detection::new([x + 4.0 * (k as f64).sin(), y + 4.0 * (1.7 * k as f64).cos()])];
+        let scan = Scan::new(time(k / 2), &plots);
+        let reports = [tracker.step(&mut exact, &sensor, &scan)?, tracker.step_with(&mut points, &sensor, &scan, &mut rng)?];
+        assert!(reports.iter().all(|report| report.numeric_resets == 0), "{reports:?}");
+        let mean = |first: Option<SVector<f64, 4>>| first.ok_or("no target");
+        let known = mean(exact.estimates().next().map(|target| target.state.mean))?;
+        let drawn = mean(points.estimates().next().map(|target| target.state.mean))?;
+        assert!((known[0] - drawn[0]).hypot(known[2] - drawn[2]) < 2.5, "scan {k}: {known} {drawn}");
+    }
+    Ok(())
+}
+
 /// With Gaussians for all sequences of modes nothing changes when there are more; with fewer it does, a little.
 #[test]
 fn components_beyond_those_needed_change_nothing() -> Outcome {
