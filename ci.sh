@@ -10,6 +10,7 @@
 #   ./ci.sh thumb          library and firmware images for the microcontroller, with their sizes
 #   ./ci.sh qemu           run the images in QEMU
 #   ./ci.sh capi           the C library: tests, its header, the example in C in QEMU and under the host's sanitizers
+#   ./ci.sh miri           only when named: the border to C under Miri, where the nightly toolchain has it
 #   ./ci.sh symbols        no allocator, no soft double, no new panic path in the images, built for speed and for size
 #   ./ci.sh budget         instructions, stack, flash and RAM against those published in firmware-example/README.md
 # Several steps may be named: ./ci.sh fmt clippy
@@ -18,6 +19,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 cd "$root"
 
 readonly steps=(setup fmt clippy test doc thumb qemu capi symbols budget)
+readonly on_request=(miri)
 readonly target=thumbv7em-none-eabihf
 readonly images=(budget coupled demo fusion glmb kernels selftest)
 readonly image_dir=firmware-example/target/$target
@@ -187,7 +189,18 @@ step_capi() {
     in_capi cargo run -p headers -- --check
     in_capi cargo build --release --lib
     RUSTFLAGS="-C target-cpu=cortex-m4" in_capi cargo build --release --lib --target $target
-    make -C capi/example run
+    make -C capi/example run record
+    # What C has recorded, the desk must do again to the same bits.
+    host_tests replay-log capi/example/build/target.log
+}
+
+# Miri knows no assembly: an ARM without floating point unit, where the square root is the library's own code.
+step_miri() {
+    if ! have rustup || ! rustup +nightly component list 2>/dev/null | grep -q '^miri.*(installed)'; then
+        echo "no Miri: rustup toolchain install nightly --component miri,rust-src"
+        return 1
+    fi
+    in_capi cargo +nightly miri test --target arm-unknown-linux-gnueabi --test border
 }
 
 # Says what an image of a profile has that it should not, and whether that is more than allowed.
@@ -234,7 +247,7 @@ step_budget() {
 
 [ $# -gt 0 ] || set -- "${steps[@]}"
 for step in "$@"; do
-    [[ " ${steps[*]} " == *" $step "* ]] || { echo "steps: ${steps[*]}" >&2; exit 2; }
+    [[ " ${steps[*]} ${on_request[*]} " == *" $step "* ]] || { echo "steps: ${steps[*]} ${on_request[*]}" >&2; exit 2; }
 done
 trap '[ $? = 0 ] || echo "FAILED: $step" >&2' EXIT
 for step in "$@"; do

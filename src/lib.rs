@@ -62,6 +62,8 @@
 //! | [`JmsGlmb`](tracker::JmsGlmb) | manoeuvring, coming and going in heavy clutter, with an identity each | here |
 //! | any of them a sensor, and a [`Combiner`](fusion::Combiner) | seen by several sensors whose tracks, not plots, can be had | here |
 //!
+//! WHICH-TRACKER.md in the repository has all of them on the same scenarios, beside what they cost; GUIDE.md how to find their numbers.
+//!
 //! `ImmPdaf` with one mode is the PDAF; with [`NearestNeighbour`](association::NearestNeighbour) the nearest-neighbour
 //! filter. `ImmJpda` takes [`Jpda`](association::Jpda), or [`Gnn`](association::Gnn) as a baseline; with one mode it is the
 //! JPDAF. Where two targets may give one plot between them, a sensor that states its [`Resolution`](model::resolution::Resolution)

@@ -220,13 +220,14 @@ fn idles(bytes: &[u8]) -> bool {
 /// Writes the frame of a scan to `out`: the sensor's side of the link. Returns its length; amplitudes are sent where all detections
 /// have one. `None` where there is no room, or there are more than 65,535 detections.
 pub fn encode<const NZ: usize>(sequence: u32, micros: u32, detections: &[Detection<f32, NZ>], out: &mut [u8]) -> Option<usize> {
+    const { assert!(NZ >= 1 && NZ < 256, "NZ takes one byte") }
     let amplitudes = !detections.is_empty() && detections.iter().all(|detection| detection.amplitude.is_some());
     let count = u16::try_from(detections.len()).ok()?;
     let length = HEAD + detections.len() * (4 * NZ + 4 * usize::from(amplitudes));
     let (body, checksum) = out.get_mut(..length + CHECKSUM)?.split_at_mut_checked(length)?;
     let mut writer = Writer(body);
     writer.put(&MAGIC);
-    writer.put(&[VERSION, u8::try_from(NZ).ok()?]);
+    writer.put(&[VERSION, NZ as u8]);
     writer.put(&sequence.to_le_bytes());
     writer.put(&micros.to_le_bytes());
     writer.put(&count.to_le_bytes());

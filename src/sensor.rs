@@ -104,6 +104,7 @@ impl<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize> 
 
 /// A sensor that sees two targets within its cells as one.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unresolving<S, T, const NZ: usize> {
     /// The sensor
     pub sensor: S,

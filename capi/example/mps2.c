@@ -6,10 +6,11 @@ int main(void);
 void start(void);
 
 /* The host carries out `operation` on `argument`. */
-static void ask_host(uint32_t operation, const void *argument) {
+static uint32_t ask_host(uint32_t operation, const void *argument) {
     register uint32_t r0 __asm__("r0") = operation;
     register const void *r1 __asm__("r1") = argument;
     __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
+    return r0;
 }
 
 void say(const char *text) { ask_host(0x04, text); }
@@ -20,6 +21,15 @@ void say_number(uint32_t number) {
     do *--digit = (char)('0' + number % 10);
     while (number /= 10);
     say(digit);
+}
+
+/* The host's standard output is the file ":tt", opened for writing. */
+void send(const void *bytes, size_t count) {
+    static uint32_t handle;
+    const uint32_t terminal[] = {(uint32_t)(uintptr_t)":tt", 4, 3};
+    if (!handle) handle = ask_host(0x01, terminal);
+    const uint32_t written[] = {handle, (uint32_t)(uintptr_t)bytes, count};
+    ask_host(0x05, written);
 }
 
 /* Ends the emulator: 0x20026 is an exit of the application, all else an error. */

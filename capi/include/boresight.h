@@ -12,16 +12,22 @@
 #include <stdint.h>
 
 // Bytes of a `boresight_turning_ra`
-#define BORESIGHT_TURNING_RA_SIZE 17480
+#define BORESIGHT_TURNING_RA_SIZE 17536
 
 // Bytes of a `boresight_turning_rar`
-#define BORESIGHT_TURNING_RAR_SIZE 18272
+#define BORESIGHT_TURNING_RAR_SIZE 18328
 
 // Bytes of a `boresight_accelerating_ra`
-#define BORESIGHT_ACCELERATING_RA_SIZE 21784
+#define BORESIGHT_ACCELERATING_RA_SIZE 21840
 
 // Bytes of a `boresight_accelerating_rar`
-#define BORESIGHT_ACCELERATING_RAR_SIZE 22576
+#define BORESIGHT_ACCELERATING_RAR_SIZE 22632
+
+// Bytes of what a log begins with
+#define BORESIGHT_LOG_HEADER 196
+
+// Bytes of the largest record of a log
+#define BORESIGHT_LOG_RECORD 2256
 
 // Most components of a measurement
 #define BORESIGHT_COMPONENTS 4
@@ -62,6 +68,8 @@ enum boresight_status
   BORESIGHT_STATUS_NO_TRACK = 4,
   // More detections than memory can hold
   BORESIGHT_STATUS_COUNT = 5,
+  // No scan without a record: none has been offered yet, or the last one has its record
+  BORESIGHT_STATUS_NO_SCAN = 6,
   // Configuration: a number is not finite
   BORESIGHT_STATUS_CONFIG_NOT_FINITE = 16,
   // Configuration: a number that must be positive is not
@@ -218,8 +226,12 @@ typedef struct {
   uint16_t clusters_approximated;
   // Clusters without any possible joint event
   uint16_t clusters_infeasible;
+  // Pairs of tracks that the sensor may not tell apart, beyond the room for them
+  uint16_t pairs_refused;
   // Every association probability of a bounded cluster is within this of the exact one
   float association_error_bound;
+  // A bound on the share of probability that hypotheses given up had
+  float truncated_mass;
 } boresight_report;
 
 // A track at the time of the last scan.
@@ -286,11 +298,13 @@ boresight_status boresight_create(const boresight_kind *kind,
                                   const boresight_parameters *parameters,
                                   boresight_tracker **tracker);
 
-// Gives the tracker other numbers: a moving radar's place before each scan, for example. The tracks stay.
+// Gives the tracker other numbers: a moving radar's place before each scan, for example. The tracks stay. A log goes on with
+// another `boresight_log_header`.
 //
 // Needs:
 // Both are NULL or valid, `tracker` by `boresight_create`.
-boresight_status boresight_configure(boresight_tracker *tracker, const boresight_parameters *parameters);
+boresight_status boresight_configure(boresight_tracker *tracker,
+                                     const boresight_parameters *parameters);
 
 // Takes in one scan: `count` detections made at `time_us`, in microseconds since any epoch. No detections is a scan as well: the
 // radar looked and saw nothing. Writes what it did to `report` unless that is NULL; a report is never an error.
@@ -314,6 +328,29 @@ boresight_status boresight_tracks(boresight_tracker *tracker, boresight_track *t
 // Needs:
 // Both are NULL or valid.
 boresight_status boresight_track_density(boresight_tracker *tracker, uint32_t id, boresight_density *density);
+
+// Writes what a log begins with to `out`, and its length to `length`: BORESIGHT_LOG_HEADER. `kind` and `parameters` are those that the
+// tracker was created with, or, where the log goes on after `boresight_configure`, has now. The log is for `host-tests
+// replay-log`, which does the same again to the same bits.
+//
+// Needs:
+// Every pointer is NULL or valid; `out` has room for `capacity` bytes.
+boresight_status boresight_log_header(const boresight_kind *kind,
+                                      const boresight_parameters *parameters,
+                                      uint8_t *out,
+                                      size_t capacity,
+                                      size_t *length);
+
+// Writes the record of the last scan, taken in or refused, to `out`, and its length to `length`. A scan has one record; one that got
+// none is a gap that the desk finds. BORESIGHT_LOG_RECORD bytes are enough for every ready configuration, and asked for whatever
+// the scan.
+//
+// Needs:
+// Every pointer is NULL or valid, `tracker` by `boresight_create`; `out` has room for `capacity` bytes.
+boresight_status boresight_log_scan(boresight_tracker *tracker,
+                                    uint8_t *out,
+                                    size_t capacity,
+                                    size_t *length);
 
 // The meaning of a status in words, for a log; it lives for ever.
 const char *boresight_text(uint32_t status);

@@ -2,14 +2,15 @@
 //!
 //! ```text
 //! address     Head: seal, kind     written last by `create`
-//! + 8 or 16   Instance             tracker, sensor, state, plots
+//! + 8 or 16   Instance             tracker, sensor, state, plots, and what its log is to tell next
 //! ```
 //!
 //! A tracker holds no pointer to itself: C may copy its memory as a whole.
 
-use crate::tracking::{Configuration, Instance, Tracking};
+use crate::tracking::{self, Configuration, Instance, Tracking};
 use crate::types::{BORESIGHT_ALIGN, BORESIGHT_COMPONENTS, BORESIGHT_MODES, BORESIGHT_STATES, Status};
 use boresight::error::ConfigError;
+use boresight::log::{LogError, Recorder};
 use boresight::plots::Plots;
 use boresight::ready::Parameters;
 use core::ffi::c_void;
@@ -21,6 +22,7 @@ const SEAL: usize = 0xb0e5_1947;
 pub struct Kind {
     size: usize,
     pub(crate) defaults: fn() -> Parameters,
+    pub(crate) header: fn(&Parameters, &mut [u8]) -> Result<usize, LogError>,
     place: unsafe fn(*mut Head, &Parameters) -> Result<(), ConfigError>,
     attach: unsafe fn(*mut Head) -> *mut dyn Tracking,
 }
@@ -46,19 +48,20 @@ struct Placed<I> {
 impl Kind {
     /// The kind of the configuration `C`, for a `static` that C knows as `extern const boresight_kind`.
     #[must_use]
-    pub const fn of<C, const NX: usize, const MODES: usize, const NZ: usize, const DETS: usize>() -> Self
+    pub const fn of<C, const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>() -> Self
     where
         C: Configuration<NX, MODES, NZ> + 'static,
     {
         const {
             assert!(NX <= BORESIGHT_STATES && MODES <= BORESIGHT_MODES && NZ <= BORESIGHT_COMPONENTS, "more than C's structures hold");
-            assert!(align_of::<Placed<Instance<C, NX, MODES, NZ, DETS>>>() <= BORESIGHT_ALIGN, "aligned more than C's memory");
+            assert!(align_of::<Placed<Instance<C, NX, MODES, NZ, TRACKS, DETS>>>() <= BORESIGHT_ALIGN, "aligned more than C's memory");
         }
         Self {
-            size: size_of::<Placed<Instance<C, NX, MODES, NZ, DETS>>>(),
+            size: size_of::<Placed<Instance<C, NX, MODES, NZ, TRACKS, DETS>>>(),
             defaults: C::defaults,
-            place: place::<C, NX, MODES, NZ, DETS>,
-            attach: attach::<C, NX, MODES, NZ, DETS>,
+            header: tracking::header::<C, NX, MODES, NZ, TRACKS, DETS>,
+            place: place::<C, NX, MODES, NZ, TRACKS, DETS>,
+            attach: attach::<C, NX, MODES, NZ, TRACKS, DETS>,
         }
     }
 
@@ -114,12 +117,15 @@ pub(crate) unsafe fn find<'a>(tracker: *mut Tracker) -> Result<&'a mut dyn Track
 
 /// # Safety
 /// `head` points to memory of the size and alignment of this configuration.
-unsafe fn place<C: Configuration<NX, MODES, NZ>, const NX: usize, const MODES: usize, const NZ: usize, const DETS: usize>(
+unsafe fn place<C, const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>(
     head: *mut Head,
     parameters: &Parameters,
-) -> Result<(), ConfigError> {
+) -> Result<(), ConfigError>
+where
+    C: Configuration<NX, MODES, NZ>,
+{
     let (tracker, sensor) = C::build(parameters)?;
-    let placed = head.cast::<Placed<Instance<C, NX, MODES, NZ, DETS>>>();
+    let placed = head.cast::<Placed<Instance<C, NX, MODES, NZ, TRACKS, DETS>>>();
     // SAFETY: within memory of this size and alignment; what was there before needs no drop. Part by part: the whole would pass
     // through the stack.
     unsafe {
@@ -127,17 +133,21 @@ unsafe fn place<C: Configuration<NX, MODES, NZ>, const NX: usize, const MODES: u
         (&raw mut (*placed).instance.sensor).write(sensor);
         (&raw mut (*placed).instance.state).write(Default::default());
         (&raw mut (*placed).instance.plots).write(Plots::new());
+        (&raw mut (*placed).instance.log).write(Recorder::new());
+        (&raw mut (*placed).instance.last).write(None);
     }
     Ok(())
 }
 
 /// # Safety
 /// `head` points to memory in which [`place`] of the same configuration has succeeded.
-unsafe fn attach<C, const NX: usize, const MODES: usize, const NZ: usize, const DETS: usize>(head: *mut Head) -> *mut dyn Tracking
+unsafe fn attach<C, const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>(
+    head: *mut Head,
+) -> *mut dyn Tracking
 where
     C: Configuration<NX, MODES, NZ> + 'static,
 {
-    let placed = head.cast::<Placed<Instance<C, NX, MODES, NZ, DETS>>>();
+    let placed = head.cast::<Placed<Instance<C, NX, MODES, NZ, TRACKS, DETS>>>();
     // SAFETY: within the same memory.
     unsafe { &raw mut (*placed).instance }
 }

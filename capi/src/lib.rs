@@ -17,6 +17,7 @@
 //! impl Configuration<4, 1, 2> for Mine {
 //!     type Tracker = ImmPdaf<f32, [ConstantVelocity<f32, 2>; 1], 4, 1, 8, 16>;
 //!     type Sensor = Sensor<f32, 2, 2>;
+//!     const LOG: [u8; 4] = *b"mine";
 //!
 //!     fn defaults() -> Parameters {
 //!         Parameters::turning()
@@ -27,9 +28,9 @@
 //!     }
 //! }
 //!
-//! // C: extern const boresight_kind mine;
+//! // C: extern const boresight_kind mine;   states, modes, components, room for tracks and detections
 //! #[unsafe(no_mangle)]
-//! pub static mine: Kind = Kind::of::<Mine, 4, 1, 2, 16>();
+//! pub static mine: Kind = Kind::of::<Mine, 4, 1, 2, 8, 16>();
 //! // C: #define MINE_SIZE 4096
 //! const _: () = assert!(mine.size() <= 4096);
 //! ```
@@ -51,8 +52,45 @@ use boresight::ready::Parameters;
 use core::ffi::c_void;
 use core::slice;
 
-fn status(result: Result<(), Status>) -> Status {
-    result.err().unwrap_or(Status::Ok)
+/// The status of a call that goes as `call` does.
+fn status(call: impl FnOnce() -> Result<(), Status>) -> Status {
+    call().err().unwrap_or(Status::Ok)
+}
+
+/// Refuses an address that is NULL or not aligned.
+fn check<T>(address: *const T) -> Result<(), Status> {
+    match address.is_aligned() {
+        _ if address.is_null() => Err(Status::Null),
+        true => Ok(()),
+        false => Err(Status::Memory),
+    }
+}
+
+/// What stands at `address`.
+///
+/// # Safety
+/// It is NULL, not aligned or valid, and does not change while the reference lives.
+unsafe fn read<'a, T>(address: *const T) -> Result<&'a T, Status> {
+    check(address)?;
+    // SAFETY: neither NULL nor misaligned, so valid, as the caller says.
+    Ok(unsafe { &*address })
+}
+
+/// No record or header is as long.
+const MOST_BYTES: usize = 1 << 16;
+
+/// The bytes at `out`, as many as a log's part can take.
+///
+/// # Safety
+/// It is NULL or holds `capacity` bytes that nobody else uses while the reference lives.
+unsafe fn room<'a>(out: *mut u8, capacity: usize) -> Result<&'a mut [u8], Status> {
+    check(out)?;
+    let capacity = capacity.min(MOST_BYTES);
+    // SAFETY: not NULL, and as many bytes as the caller says; zeroed, so that they have a value.
+    unsafe {
+        out.write_bytes(0, capacity);
+        Ok(slice::from_raw_parts_mut(out, capacity))
+    }
 }
 
 /// Writes the numbers that `kind` starts from to `parameters`.
@@ -61,15 +99,14 @@ fn status(result: Result<(), Status>) -> Status {
 /// `parameters` is NULL or can be written; `kind` is NULL or a kind.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn boresight_defaults(kind: *const Kind, parameters: *mut Parameters) -> Status {
-    // SAFETY: as the caller says; a kind is a static.
-    match (unsafe { kind.as_ref() }, parameters.is_null()) {
-        (Some(kind), false) => {
-            // SAFETY: not NULL, so it can be written.
-            unsafe { parameters.write((kind.defaults)()) };
-            Status::Ok
-        }
-        _ => Status::Null,
-    }
+    status(|| {
+        check(parameters)?;
+        // SAFETY: as the caller says; a kind is a static.
+        let kind = unsafe { read(kind)? };
+        // SAFETY: neither NULL nor misaligned, so it can be written.
+        unsafe { parameters.write((kind.defaults)()) };
+        Ok(())
+    })
 }
 
 /// Makes a tracker of `kind` in `size` bytes at `memory` and writes its address to `tracker`, or NULL where it fails. The memory
@@ -86,29 +123,28 @@ pub unsafe extern "C" fn boresight_create(
     parameters: *const Parameters,
     tracker: *mut *mut Tracker,
 ) -> Status {
-    if tracker.is_null() {
-        return Status::Null;
-    }
-    // SAFETY: as the caller says; a kind is a static.
-    let created = match unsafe { (kind.as_ref(), parameters.as_ref()) } {
-        // SAFETY: `memory` is as `create` needs it.
-        (Some(kind), Some(parameters)) => unsafe { kind.create(memory, size, parameters) },
-        _ => Err(Status::Null),
-    };
-    // SAFETY: not NULL, so it can be written.
-    unsafe { tracker.write(created.unwrap_or(core::ptr::null_mut())) };
-    status(created.map(|_| ()))
+    status(|| {
+        check(tracker)?;
+        // SAFETY: as the caller says; a kind is a static, and `memory` is as `create` needs it.
+        let created = unsafe { read(kind).and_then(|kind| kind.create(memory, size, read(parameters)?)) };
+        // SAFETY: neither NULL nor misaligned, so it can be written.
+        unsafe { tracker.write(created.unwrap_or(core::ptr::null_mut())) };
+        created.map(|_| ())
+    })
 }
 
-/// Gives the tracker other numbers: a moving radar's place before each scan, for example. The tracks stay.
+/// Gives the tracker other numbers: a moving radar's place before each scan, for example. The tracks stay. A log goes on with
+/// another [`boresight_log_header`].
 ///
 /// # Safety
 /// Both are NULL or valid, `tracker` by [`boresight_create`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn boresight_configure(tracker: *mut Tracker, parameters: *const Parameters) -> Status {
-    // SAFETY: as the caller says.
-    let (found, parameters) = unsafe { (kind::find(tracker), parameters.as_ref()) };
-    status(found.and_then(|tracking| Ok(tracking.configure(parameters.ok_or(Status::Null)?)?)))
+    status(|| {
+        // SAFETY: as the caller says.
+        let (tracking, parameters) = unsafe { (kind::find(tracker)?, read(parameters)?) };
+        Ok(tracking.configure(parameters)?)
+    })
 }
 
 /// Takes in one scan: `count` detections made at `time_us`, in microseconds since any epoch. No detections is a scan as well: the
@@ -124,21 +160,27 @@ pub unsafe extern "C" fn boresight_step(
     count: usize,
     report: *mut Report,
 ) -> Status {
-    let detections = match count {
-        0 => &[],
-        _ if detections.is_null() => return Status::Null,
-        _ if count > isize::MAX as usize / size_of::<Detection>() => return Status::Count,
-        // SAFETY: not NULL, and as many as the caller says; their bytes are less than an address space.
-        _ => unsafe { slice::from_raw_parts(detections, count) },
-    };
-    // SAFETY: as the caller says.
-    let done = unsafe { kind::find(tracker) }.and_then(|tracking| Ok(tracking.step(time_us, detections)?));
-    status(done.map(|made| {
+    status(|| {
+        let detections = match count {
+            0 => &[],
+            _ if count > isize::MAX as usize / size_of::<Detection>() => return Err(Status::Count),
+            _ => {
+                check(detections)?;
+                // SAFETY: neither NULL nor misaligned, and as many as the caller says; their bytes are less than an address space.
+                unsafe { slice::from_raw_parts(detections, count) }
+            }
+        };
         if !report.is_null() {
-            // SAFETY: not NULL, so it can be written.
+            check(report)?;
+        }
+        // SAFETY: as the caller says.
+        let made = unsafe { kind::find(tracker)? }.step(time_us, detections)?;
+        if !report.is_null() {
+            // SAFETY: neither NULL nor misaligned, so it can be written.
             unsafe { report.write(made) };
         }
-    }))
+        Ok(())
+    })
 }
 
 /// Writes the live tracks to `tracks`, at most `capacity` of them, and to `count` how many there are; that may be more.
@@ -147,22 +189,24 @@ pub unsafe extern "C" fn boresight_step(
 /// Every pointer is NULL or valid; `tracks` has room for `capacity` tracks, or is NULL with a `capacity` of 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn boresight_tracks(tracker: *mut Tracker, tracks: *mut Track, capacity: usize, count: *mut usize) -> Status {
-    if count.is_null() || (tracks.is_null() && capacity > 0) {
-        return Status::Null;
-    }
-    // SAFETY: as the caller says.
-    status(unsafe { kind::find(tracker) }.map(|tracking| {
+    status(|| {
+        check(count)?;
+        if capacity > 0 {
+            check(tracks)?;
+        }
         let mut live = 0;
-        tracking.tracks(&mut |track| {
+        // SAFETY: as the caller says.
+        unsafe { kind::find(tracker)? }.tracks(&mut |track| {
             if live < capacity {
                 // SAFETY: within `capacity` tracks that can be written.
                 unsafe { tracks.add(live).write(track) };
             }
             live += 1;
         });
-        // SAFETY: not NULL, so it can be written.
+        // SAFETY: neither NULL nor misaligned, so it can be written.
         unsafe { count.write(live) };
-    }))
+        Ok(())
+    })
 }
 
 /// Writes all that is known of the track `id` to `density`.
@@ -171,13 +215,58 @@ pub unsafe extern "C" fn boresight_tracks(tracker: *mut Tracker, tracks: *mut Tr
 /// Both are NULL or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn boresight_track_density(tracker: *mut Tracker, id: u32, density: *mut Density) -> Status {
-    if density.is_null() {
-        return Status::Null;
-    }
-    // SAFETY: as the caller says.
-    let found = unsafe { kind::find(tracker) }.and_then(|tracking| tracking.density(id).ok_or(Status::NoTrack));
-    // SAFETY: not NULL, so it can be written.
-    status(found.map(|known| unsafe { density.write(known) }))
+    status(|| {
+        check(density)?;
+        // SAFETY: as the caller says.
+        let known = unsafe { kind::find(tracker)? }.density(id).ok_or(Status::NoTrack)?;
+        // SAFETY: neither NULL nor misaligned, so it can be written.
+        unsafe { density.write(known) };
+        Ok(())
+    })
+}
+
+/// Writes what a log begins with to `out`, and its length to `length`: BORESIGHT_LOG_HEADER. `kind` and `parameters` are those that the
+/// tracker was created with, or, where the log goes on after [`boresight_configure`], has now. The log is for `host-tests
+/// replay-log`, which does the same again to the same bits.
+///
+/// # Safety
+/// Every pointer is NULL or valid; `out` has room for `capacity` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn boresight_log_header(
+    kind: *const Kind,
+    parameters: *const Parameters,
+    out: *mut u8,
+    capacity: usize,
+    length: *mut usize,
+) -> Status {
+    status(|| {
+        check(length)?;
+        // SAFETY: as the caller says; a kind is a static.
+        let (kind, parameters, out) = unsafe { (read(kind)?, read(parameters)?, room(out, capacity)?) };
+        let written = (kind.header)(parameters, out)?;
+        // SAFETY: neither NULL nor misaligned, so it can be written.
+        unsafe { length.write(written) };
+        Ok(())
+    })
+}
+
+/// Writes the record of the last scan, taken in or refused, to `out`, and its length to `length`. A scan has one record; one that got
+/// none is a gap that the desk finds. BORESIGHT_LOG_RECORD bytes are enough for every ready configuration, and asked for whatever
+/// the scan.
+///
+/// # Safety
+/// Every pointer is NULL or valid, `tracker` by [`boresight_create`]; `out` has room for `capacity` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn boresight_log_scan(tracker: *mut Tracker, out: *mut u8, capacity: usize, length: *mut usize) -> Status {
+    status(|| {
+        check(length)?;
+        // SAFETY: as the caller says.
+        let (tracking, out) = unsafe { (kind::find(tracker)?, room(out, capacity)?) };
+        let written = tracking.record(out)?;
+        // SAFETY: neither NULL nor misaligned, so it can be written.
+        unsafe { length.write(written) };
+        Ok(())
+    })
 }
 
 /// None is reached: the symbols of the example in C are checked for it.

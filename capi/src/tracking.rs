@@ -2,10 +2,11 @@
 
 use crate::types::{self, BORESIGHT_AMPLITUDE, BORESIGHT_SIGMA, Density, Trust};
 use boresight::error::{ConfigError, ScanError};
+use boresight::log::{LogError, Recorder};
 use boresight::model::MeasurementModel;
 use boresight::plots::Plots;
 use boresight::ready::Parameters;
-use boresight::scan::Detection;
+use boresight::scan::{Detection, Report};
 use boresight::sensor::Sensor;
 use boresight::symmetric::Symmetric;
 use boresight::time::{Duration, Instant};
@@ -18,6 +19,8 @@ pub trait Configuration<const NX: usize, const MODES: usize, const NZ: usize> {
     type Tracker: Tracker<f32, NX, MODES>;
     /// The sensor.
     type Sensor: Sensor<f32, NX, NZ>;
+    /// How a log names it. The desk can replay those of [`boresight::ready`].
+    const LOG: [u8; 4];
 
     /// The numbers to start from.
     fn defaults() -> Parameters;
@@ -43,6 +46,12 @@ pub trait Tracking {
     /// Where the scan is refused; the state stays as it was.
     fn step(&mut self, time_us: u64, detections: &[types::Detection]) -> Result<types::Report, ScanError>;
 
+    /// Writes the record of the last scan to `out` and returns its length, once.
+    ///
+    /// # Errors
+    /// Where there is no scan without a record, or no room.
+    fn record(&mut self, out: &mut [u8]) -> Result<usize, types::Status>;
+
     /// Hands every live track to `to`.
     fn tracks(&self, to: &mut dyn FnMut(types::Track));
 
@@ -55,15 +64,34 @@ pub(crate) type State<C, const NX: usize, const MODES: usize, const NZ: usize> =
     <<C as Configuration<NX, MODES, NZ>>::Tracker as Tracker<f32, NX, MODES>>::State;
 
 /// One tracker with all of its memory.
-pub(crate) struct Instance<C: Configuration<NX, MODES, NZ>, const NX: usize, const MODES: usize, const NZ: usize, const DETS: usize> {
+pub(crate) struct Instance<C, const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>
+where
+    C: Configuration<NX, MODES, NZ>,
+{
     pub tracker: C::Tracker,
     pub sensor: C::Sensor,
     pub state: State<C, NX, MODES, NZ>,
     pub plots: Plots<f32, NZ, DETS>,
+    pub log: Recorder<NX, MODES, NZ, TRACKS, DETS>,
+    /// The last scan, while it has no record
+    pub last: Option<(Instant, Result<Report, ScanError>)>,
 }
 
-impl<C: Configuration<NX, MODES, NZ>, const NX: usize, const MODES: usize, const NZ: usize, const DETS: usize> Tracking
-    for Instance<C, NX, MODES, NZ, DETS>
+/// What a log begins with: see [`Recorder::header`].
+pub(crate) fn header<C, const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, const DETS: usize>(
+    parameters: &Parameters,
+    out: &mut [u8],
+) -> Result<usize, LogError>
+where
+    C: Configuration<NX, MODES, NZ>,
+{
+    Recorder::<NX, MODES, NZ, TRACKS, DETS>::new().header(C::LOG, &parameters.words(), out)
+}
+
+impl<C, const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, const DETS: usize> Tracking
+    for Instance<C, NX, MODES, NZ, TRACKS, DETS>
+where
+    C: Configuration<NX, MODES, NZ>,
 {
     fn configure(&mut self, parameters: &Parameters) -> Result<(), ConfigError> {
         (self.tracker, self.sensor) = C::build(parameters)?;
@@ -71,11 +99,24 @@ impl<C: Configuration<NX, MODES, NZ>, const NX: usize, const MODES: usize, const
     }
 
     fn step(&mut self, time_us: u64, detections: &[types::Detection]) -> Result<types::Report, ScanError> {
-        let Self { tracker, sensor, state, plots } = self;
+        let Self { tracker, sensor, state, plots, log, last } = self;
+        if last.is_some() {
+            log.skip();
+        }
         plots.clear();
         detections.iter().for_each(|detection| plots.push(plot(detection)));
-        let report = tracker.step(state, sensor, &plots.scan(Instant::from_micros(time_us)))?;
-        Ok(plots.counted(report).into())
+        let time = Instant::from_micros(time_us);
+        let outcome = tracker.step(state, sensor, &plots.scan(time)).map(|report| plots.counted(report));
+        *last = Some((time, outcome));
+        Ok(outcome?.into())
+    }
+
+    fn record(&mut self, out: &mut [u8]) -> Result<usize, types::Status> {
+        let Self { tracker, state, plots, log, last, .. } = self;
+        let (time, outcome) = last.as_ref().ok_or(types::Status::NoScan)?;
+        let length = log.record(&plots.scan(*time), outcome, tracker, state, out)?;
+        *last = None;
+        Ok(length)
     }
 
     fn tracks(&self, to: &mut dyn FnMut(types::Track)) {

@@ -1,6 +1,7 @@
 //! What crosses the border: flat structures of plain numbers, filled in by either side. SI units, radians.
 
 use boresight::error::{ConfigError, ScanError};
+use boresight::log::LogError;
 use core::ffi::{CStr, c_char};
 
 /// Most components of a measurement
@@ -67,8 +68,12 @@ pub struct Report {
     pub clusters_approximated: u16,
     /// Clusters without any possible joint event
     pub clusters_infeasible: u16,
+    /// Pairs of tracks that the sensor may not tell apart, beyond the room for them
+    pub pairs_refused: u16,
     /// Every association probability of a bounded cluster is within this of the exact one
     pub association_error_bound: f32,
+    /// A bound on the share of probability that hypotheses given up had
+    pub truncated_mass: f32,
 }
 
 impl From<boresight::scan::Report> for Report {
@@ -88,7 +93,9 @@ impl From<boresight::scan::Report> for Report {
             clusters_bounded: r.clusters_bounded,
             clusters_approximated: r.clusters_approximated,
             clusters_infeasible: r.clusters_infeasible,
+            pairs_refused: r.pairs_refused,
             association_error_bound: r.association_error_bound,
+            truncated_mass: r.truncated_mass,
         }
     }
 }
@@ -155,6 +162,8 @@ pub enum Status {
     NoTrack = 4,
     /// More detections than memory can hold
     Count = 5,
+    /// No scan without a record: none has been offered yet, or the last one has its record
+    NoScan = 6,
     /// Configuration: a number is not finite
     ConfigNotFinite = 16,
     /// Configuration: a number that must be positive is not
@@ -210,16 +219,24 @@ impl From<ScanError> for Status {
     }
 }
 
+impl From<LogError> for Status {
+    /// What a log asks for here is room.
+    fn from(_: LogError) -> Self {
+        Self::Memory
+    }
+}
+
 /// The meaning of a status in words, for a log; it lives for ever.
 #[unsafe(no_mangle)]
 pub extern "C" fn boresight_text(status: u32) -> *const c_char {
-    const TEXTS: [(Status, &CStr); 19] = [
+    const TEXTS: [(Status, &CStr); 20] = [
         (Status::Ok, c"done"),
         (Status::Null, c"a pointer is NULL"),
         (Status::Memory, c"the memory is too small or not aligned"),
         (Status::NoTracker, c"this is no tracker"),
         (Status::NoTrack, c"no track has this identity"),
         (Status::Count, c"more detections than memory can hold"),
+        (Status::NoScan, c"no scan is without a record"),
         (Status::ConfigNotFinite, c"a number is not finite"),
         (Status::ConfigNotPositive, c"a number that must be positive is not"),
         (Status::ConfigNotAProbability, c"a probability lies outside 0 to 1"),

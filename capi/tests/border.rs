@@ -180,6 +180,111 @@ fn misuse_is_refused() {
 }
 
 #[test]
+fn addresses_that_are_not_aligned_are_refused() {
+    let (mut memory, mut place) = (memory(), memory());
+    let kind: *const Kind = &boresight_turning_ra;
+    let (tracker, parameters) = (create(&boresight_turning_ra, &mut memory), defaults(&boresight_turning_ra));
+    let odd: *mut u8 = (&raw mut place.0).cast::<u8>().wrapping_add(1);
+    let (mut made, mut count) = (null_mut(), 0);
+    let size = size_of::<Memory>();
+    // SAFETY: every address is valid but for its alignment.
+    unsafe {
+        assert_eq!(boresight_defaults(kind, odd.cast()), Status::Memory);
+        assert_eq!(boresight_defaults(kind.wrapping_byte_add(1), &mut parameters.clone()), Status::Memory);
+        assert_eq!(boresight_create(kind, (&raw mut place.0).cast(), size, odd.cast(), &mut made), Status::Memory);
+        assert_eq!(boresight_create(kind, (&raw mut place.0).cast(), size, &parameters, odd.cast()), Status::Memory);
+        assert_eq!(boresight_configure(tracker, odd.cast()), Status::Memory);
+        assert_eq!(boresight_configure(odd.cast(), &parameters), Status::Memory);
+        assert_eq!(boresight_step(tracker, 9, odd.cast(), 1, null_mut()), Status::Memory);
+        assert_eq!(boresight_step(tracker, 9, null(), 0, odd.cast()), Status::Memory);
+        assert_eq!(boresight_tracks(tracker, odd.cast(), 1, &mut count), Status::Memory);
+        assert_eq!(boresight_tracks(tracker, null_mut(), 0, odd.cast()), Status::Memory);
+        assert_eq!(boresight_track_density(tracker, 1, odd.cast()), Status::Memory);
+        assert_eq!(boresight_log_scan(tracker, place.0.as_mut_ptr(), size, odd.cast()), Status::Memory);
+        // Nothing was taken in: the first time is still free.
+        assert_eq!(boresight_step(tracker, 0, null(), 0, null_mut()), Status::Ok);
+    }
+}
+
+fn header(kind: &'static Kind, parameters: &Parameters) -> Vec<u8> {
+    let (mut bytes, mut length) = (vec![0; BORESIGHT_LOG_HEADER], 0);
+    // SAFETY: all are valid.
+    assert_eq!(unsafe { boresight_log_header(kind, parameters, bytes.as_mut_ptr(), bytes.len(), &mut length) }, Status::Ok);
+    bytes.truncate(length);
+    bytes
+}
+
+fn record(tracker: *mut Tracker) -> Result<Vec<u8>, Status> {
+    let (mut bytes, mut length) = (vec![0; BORESIGHT_LOG_RECORD], 0);
+    // SAFETY: all are valid.
+    match unsafe { boresight_log_scan(tracker, bytes.as_mut_ptr(), bytes.len(), &mut length) } {
+        Status::Ok => {
+            bytes.truncate(length);
+            Ok(bytes)
+        }
+        status => Err(status),
+    }
+}
+
+/// The desk replays what Rust writes; so it replays what C writes, if the bytes are the same.
+#[test]
+fn a_log_written_by_c_is_that_of_rust() {
+    let mut there = Vec::new();
+    twin::record::run(&mut twin::record::Memory::new(), &mut [0; twin::record::MOST], |part| there.push(part.to_vec())).unwrap();
+    let mut there = there.into_iter();
+    let mut memory = memory();
+    let tracker = create(&boresight_accelerating_ra, &mut memory);
+    assert_eq!(Some(header(&boresight_accelerating_ra, &Parameters::accelerating())), there.next());
+    assert_eq!(record(tracker), Err(Status::NoScan));
+    let mut offer = |time_us: u64, plots: &[[f32; 2]]| {
+        let detections: Vec<_> = plots.iter().map(|[r, a]| Detection { z: [*r, *a, 0.0, 0.0], ..Detection::default() }).collect();
+        let (status, _) = step(tracker, time_us, &detections);
+        assert_eq!(record(tracker).ok(), there.next());
+        // One record a scan.
+        assert_eq!(record(tracker), Err(Status::NoScan));
+        status
+    };
+    for (k, plots) in SCANS.iter().enumerate().take(MOST_SCANS) {
+        let now = k as u64 * PERIOD_US;
+        assert_eq!(offer(now, plots), Status::Ok);
+        match k {
+            20 => assert_eq!(offer(now - 1000, plots), Status::ScanTimeReversed),
+            40 => assert_eq!(offer(now + 1000, &[[f32::NAN, 0.0]]), Status::ScanDetectionNotFinite),
+            _ => {}
+        }
+    }
+    assert!(cfg!(miri) || there.next().is_none());
+}
+
+#[test]
+fn what_a_log_leaves_out_can_be_told_from_it() {
+    type Record = boresight::log::Record<4, 3, 2, 16, DETS>;
+    let mut memory = memory();
+    let tracker = create(&boresight_turning_ra, &mut memory);
+    let crowd: Vec<Detection> =
+        (0..40).map(|i| Detection { z: [5000.0 + 100.0 * i as f32, 1.0, 0.0, 0.0], ..Default::default() }).collect();
+    let told = |bytes: Vec<u8>| Record::decode(&bytes).unwrap().0;
+    assert_eq!(step(tracker, 0, &crowd).0, Status::Ok);
+    let first = told(record(tracker).unwrap());
+    assert_eq!((first.number, first.plots.as_slice().len(), first.dropped), (0, 32, 8));
+    // Two scans without a record: the number says so.
+    assert_eq!((step(tracker, PERIOD_US, &[]).0, step(tracker, 2 * PERIOD_US, &[]).0), (Status::Ok, Status::Ok));
+    assert_eq!((step(tracker, 3 * PERIOD_US, &[]).0, told(record(tracker).unwrap()).number), (Status::Ok, 3));
+    assert_eq!(step(tracker, 4 * PERIOD_US, &[]).0, Status::Ok);
+    // Without room nothing is recorded, and the record can still be had.
+    let mut length = 0;
+    // SAFETY: all are valid.
+    unsafe {
+        let mut short = [0; 100];
+        assert_eq!(boresight_log_scan(tracker, short.as_mut_ptr(), short.len(), &mut length), Status::Memory);
+        assert_eq!(boresight_log_scan(tracker, null_mut(), 5000, &mut length), Status::Null);
+        let kind: *const Kind = &boresight_turning_ra;
+        assert_eq!(boresight_log_header(kind, &Parameters::turning(), short.as_mut_ptr(), short.len(), &mut length), Status::Memory);
+    }
+    assert_eq!(told(record(tracker).unwrap()).number, 4);
+}
+
+#[test]
 fn a_copy_goes_on_like_the_original() {
     let (mut memory, mut copy) = (memory(), memory());
     let tracker = create(&boresight_accelerating_ra, &mut memory);

@@ -1,19 +1,22 @@
-//! The command line: `list`, `run`, `replay`, `replay-log`, `soak`, `solve`, `twin`, `budget`.
+//! The command line: `list`, `run`, `replay`, `replay-log`, `telemetry`, `soak`, `solve`, `twin`, `budget`, `compare`, `guide`.
 //!
 //! ```text
 //! host-tests list
 //! host-tests run SCENARIO [--runs N] [--seed BASE] [--filters "A,B"] [--precision f32|f64] [--out DIR] [--json FILE]
 //! host-tests replay PLOTS [--config FILE.toml] [--precision f32|f64] [--out DIR] [--json FILE]
 //! host-tests replay-log FILE
+//! host-tests telemetry FILE
 //! host-tests soak [--scans N] [--seed BASE]
 //! host-tests solve IN.json OUT.json [--precision f32|f64]
 //! host-tests twin [--check]                                (from the repository root)
 //! host-tests budget [--check] [--only NAME]                (from the repository root)
+//! host-tests compare [--check | --refresh] [--runs N] [--seed BASE] [--json FILE]   (from the repository root)
+//! host-tests guide [--runs N]                              (from the repository root)
 //! ```
 //!
 //! Exit status 0: done; 1: a check failed; 2: bad usage or input, told in one line.
 
-use crate::{Failure, Precision, budget, output, replay, replay_log, scenario, soak, solve, twin};
+use crate::{Failure, Precision, budget, compare, guide, output, replay, replay_log, scenario, soak, solve, telemetry, twin};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -76,6 +79,11 @@ enum Command {
         /// The log
         file: PathBuf,
     },
+    /// Print what a target has told of itself at work
+    Telemetry {
+        /// The records, one behind the other
+        file: PathBuf,
+    },
     /// Let the ready trackers live long, under faults of all kinds
     Soak {
         /// Scans that each of them lives for
@@ -99,6 +107,30 @@ enum Command {
         /// Only trackers whose names contain this, and no kernels; publishes nothing
         #[arg(long, value_name = "NAME")]
         only: Option<String>,
+    },
+    /// Run every tracker on the same scenarios and write the page WHICH-TRACKER.md
+    Compare {
+        /// Only check that the page is that of its record and of the budget, and that the first run comes out as recorded
+        #[arg(long, conflicts_with_all = ["refresh", "runs", "seed", "json"])]
+        check: bool,
+        /// Only make the page anew from its record and the budget
+        #[arg(long, conflicts_with_all = ["runs", "seed", "json"])]
+        refresh: bool,
+        /// Number of runs of each scenario
+        #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        runs: u64,
+        /// Base seed: run i uses BASE + i
+        #[arg(long, value_name = "BASE", default_value_t = 0)]
+        seed: u64,
+        /// Write the results there as JSON, and leave the page as it is
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Run the lessons of GUIDE.md and write their tables and pictures
+    Guide {
+        /// Number of runs of each setting
+        #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+        runs: u64,
     },
     /// Solve reference cases and write them with their results filled in
     Solve {
@@ -130,9 +162,14 @@ pub fn execute<A: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = A>
         }
         Command::Replay { plots, config, precision, out, json } => replay::run(&replay::Request { plots, config, precision, out, json }),
         Command::ReplayLog { file } => replay_log::run(&file),
+        Command::Telemetry { file } => telemetry::run(&file),
         Command::Soak { scans, seed } => soak::run(scans, seed),
         Command::Twin { check } => twin::run(&PathBuf::from("."), check),
         Command::Budget { check, only } => budget::run(&PathBuf::from("."), &budget::Request { check, only }),
+        Command::Compare { check: true, .. } => compare::check(&PathBuf::from(".")),
+        Command::Compare { refresh: true, .. } => compare::refresh(&PathBuf::from(".")),
+        Command::Compare { runs, seed, json, .. } => compare::run(&PathBuf::from("."), &compare::Request { runs, seed, json }),
+        Command::Guide { runs } => guide::run(&PathBuf::from("."), runs),
         Command::Solve { input, output, precision } => solve::run(&input, &output, precision),
     }
 }

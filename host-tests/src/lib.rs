@@ -2,14 +2,17 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`cli`] | the commands `list`, `run`, `replay`, `replay-log`, `soak`, `solve`, `twin`, `budget` |
+//! | [`cli`] | the commands `list`, `run`, `replay`, `replay-log`, `telemetry`, `soak`, `solve`, `twin`, `budget`, `compare`, `guide` |
 //! | [`scenario`] | the table of published scenarios; each compares named filters by Monte Carlo |
 //! | [`solve`] | reference cases: reads a case file, fills in what the library computes |
 //! | [`replay`] | recorded plots: readers, sensor description, summary and picture |
 //! | [`replay_log`] | logs that targets have written, done again to the same bits |
+//! | [`telemetry`] | records of a target at work, in words |
 //! | [`soak`] | trackers that live long, under faults |
 //! | [`budget`] | what trackers and kernels cost on the target, and the bounds of that |
 //! | [`mod@twin`] | the data of the firmware example and the bits expected of it |
+//! | [`compare`] | every tracker on the same scenarios, beside what it costs on the target |
+//! | [`guide`] | lessons in tuning: what wrong numbers look like |
 //! | [`metrics`] | OSPA, GOSPA, NEES, chi-square quantiles, tracking over a sequence of scans |
 //! | [`statistics`] | means with standard errors, medians, Wilson intervals |
 //! | [`monte_carlo`] | independent seeded runs in parallel, in order, with progress |
@@ -21,7 +24,9 @@
 
 pub mod budget;
 pub mod cli;
+pub mod compare;
 pub mod error;
+pub mod guide;
 pub mod metrics;
 pub mod monte_carlo;
 pub mod output;
@@ -33,6 +38,7 @@ pub mod scenario;
 pub mod soak;
 pub mod solve;
 pub mod statistics;
+pub mod telemetry;
 pub mod twin;
 
 pub use error::Failure;

@@ -10,11 +10,11 @@
 //! metrics are numbers in SI units, or null where they are not defined.
 
 mod draw;
-mod filter;
-mod gomes;
-mod jeong_tugnait;
-mod jms_glmb;
-mod kashyap;
+pub(crate) mod filter;
+pub(crate) mod gomes;
+pub(crate) mod jeong_tugnait;
+pub(crate) mod jms_glmb;
+pub(crate) mod kashyap;
 mod kashyap_b;
 mod ti_separation;
 

@@ -31,6 +31,7 @@ pub struct Cross<T, const NX: usize>(pub SMatrix<T, NX, NX>);
 /// The covariance between two targets is taken for zero whenever it would come up: a half of the memory of the whole matrix, and
 /// less than a half of the work.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NoCross;
 
 mod sealed {

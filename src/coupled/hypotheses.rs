@@ -33,6 +33,7 @@ use crate::symmetric::Symmetric;
 
 /// A detection that may be somebody's.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Candidate<T> {
     /// Its number in the scan
     pub number: u16,
@@ -46,6 +47,7 @@ pub struct Candidate<T> {
 
 /// What hypotheses are weighed by besides the detections.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Odds<T> {
     /// P_D of either target
     pub p_detect: [T; 2],

@@ -50,6 +50,15 @@ pub struct TrackMessage<T, const NX: usize, const MODES: usize> {
     pub bank: ModeBank<T, NX, MODES>,
 }
 
+/// Without the densities of its modes, which no line of a log holds.
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format, const NX: usize, const MODES: usize> defmt::Format for TrackMessage<T, NX, MODES> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        let Self { sensor, time, id, status, existence, bank } = self;
+        defmt::write!(f, "sensor {} at {}: {} {}, existence {}, modes {}", sensor, time, id, status, existence, bank.prob);
+    }
+}
+
 /// Why bytes are no message.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -35,6 +35,7 @@ pub struct FusedPicture<T, const NX: usize, const MODES: usize, const SENSORS: u
 
 /// One target: the tracks that follow it, and the estimate made of them.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FusedTrack<T, const NX: usize, const MODES: usize, const SENSORS: usize> {
     pub(super) id: u32,
     /// The identity of every sensor's track, zero for none.

@@ -18,6 +18,7 @@ use crate::scalar::Real;
 
 /// A place where targets appear.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Region<T, const NX: usize, const MODES: usize> {
     pub(crate) existence: T,
     pub(crate) density: Gaussian<T, NX>,

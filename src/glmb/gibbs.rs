@@ -18,6 +18,7 @@ use rand_core::Rng;
 ///
 /// A sweep costs rows² GATED comparisons, and as many more as events were found before. It keeps `SWEEPS` LABELS choices.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Gibbs<const SWEEPS: usize>;
 
 impl<T: Real, const LABELS: usize, const SWEEPS: usize> Truncation<T, LABELS> for Gibbs<SWEEPS> {

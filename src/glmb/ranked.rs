@@ -20,6 +20,7 @@ use rand_core::Rng;
 /// there is no room, those go that are farthest down in their rows. For cost and memory see [`KBest`]; the matrix takes LABELS `COLUMNS`
 /// scalars more.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ranked<const EVENTS: usize, const COLUMNS: usize>;
 
 /// What ranking works on.

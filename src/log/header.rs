@@ -42,7 +42,7 @@ impl<'a> Header<'a> {
     /// Bytes of a header with so many numbers.
     #[must_use]
     pub const fn size(numbers: usize) -> usize {
-        HEAD + 4 * numbers + 4 + CHECKSUM
+        numbers.saturating_mul(4).saturating_add(HEAD + 4 + CHECKSUM)
     }
 
     /// The numbers of the configuration; `None` where there are not `N` of them.

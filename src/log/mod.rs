@@ -26,7 +26,7 @@
 //! last      4      CRC-32 of all before
 //! ```
 //!
-//! Everything is checked when read. A record costs a copy of the scan, a combined estimate and a digest of every track, and two
+//! A tracker whose numbers change while it lives writes another header before its next record. Everything is checked when read. A record costs a copy of the scan, a combined estimate and a digest of every track, and two
 //! steps a byte for the checksum: small against the scan itself.
 
 mod header;

@@ -9,7 +9,7 @@ use crate::scan::{Detection, Report, Scan, Selection};
 use crate::symmetric::Symmetric;
 use crate::time::{Duration, Instant};
 use crate::track::{Status, Track};
-use crate::tracker::State;
+use crate::tracker::Tracker;
 
 const MARKER: u8 = 0x5c;
 /// Bytes before the detections.
@@ -17,6 +17,7 @@ const HEAD: usize = 28;
 
 /// Writes the log of one tracker with one sensor.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Recorder<const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, const DETS: usize> {
     scans: u32,
 }
@@ -37,45 +38,57 @@ impl<const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, 
     }
 
     /// Writes the header to `out` and returns its length, [`Header::size`]. `kind` and `numbers` say how the desk makes the same
-    /// tracker: those of a ready configuration are in [`ready`](crate::ready).
+    /// tracker: those of a ready configuration are in [`ready`](crate::ready). A tracker whose numbers have changed writes another
+    /// header before its next record.
     ///
     /// # Errors
     /// Where there is no room.
     pub fn header(&self, kind: [u8; 4], numbers: &[u32], out: &mut [u8]) -> Result<usize, LogError> {
+        const { assert!(Self::MOST > 0) }
         Header::encode([NX as u8, MODES as u8, NZ as u8], [TRACKS as u16, DETS as u16], kind, numbers, out)
     }
 
-    /// Writes the record of `scan`, which has just been offered to the tracker with this `outcome`, to `out` and returns its length.
+    /// A scan is offered to the tracker and goes unrecorded: the desk finds a gap in the numbers.
+    pub fn skip(&mut self) {
+        self.scans = self.scans.wrapping_add(1);
+    }
+
+    /// Writes the record of `scan`, which has just been offered to `tracker` with this `outcome`, to `out` and returns its length.
     ///
     /// # Errors
-    /// Where there is no room for [`MOST`](Self::MOST) bytes; nothing is then recorded.
-    pub fn record<T: Real, X>(
+    /// Where there is no room for [`MOST`](Self::MOST) bytes, or there are more than `TRACKS` tracks; nothing is then recorded.
+    pub fn record<T: Real, K: Tracker<T, NX, MODES>>(
         &mut self,
         scan: &Scan<'_, T, NZ>,
         outcome: &Result<Report, ScanError>,
-        state: &State<T, NX, MODES, TRACKS, DETS, X>,
+        tracker: &K,
+        state: &K::State,
         out: &mut [u8],
     ) -> Result<usize, LogError> {
         let out = out.get_mut(..Self::MOST).ok_or(LogError::Length)?;
+        let tracks = u16::try_from(tracker.tracks(state).count()).ok().filter(|count| usize::from(*count) <= TRACKS);
+        let tracks = tracks.ok_or(LogError::Shape)?;
         let offered = if outcome.is_ok() { scan.detections } else { &[] };
         let taken = Selection::<DETS>::new(offered);
         let mut writer = Writer(out.get_mut(2..).ok_or(LogError::Length)?);
         writer.put(&[MARKER, outcome.is_err().into()]);
         writer.put(&self.scans.to_le_bytes());
         writer.put(&scan.time.as_micros().to_le_bytes());
-        for count in [taken.indices.len() as u16, state.tracks().count() as u16, taken.dropped, 0] {
+        // With those that were dropped on the way to the tracker.
+        let dropped = outcome.as_ref().map_or(0, |report| report.detections_dropped);
+        for count in [taken.indices.len() as u16, tracks, dropped, 0] {
             writer.put(&count.to_le_bytes());
         }
-        writer.put(&state.digest().to_le_bytes());
+        writer.put(&tracker.digest(state).to_le_bytes());
         for detection in taken.indices.iter().filter_map(|number| offered.get(usize::from(*number))) {
             write_detection(&mut writer, detection);
         }
-        state.tracks().filter_map(Seen::new).for_each(|seen| seen.write(&mut writer));
+        tracker.tracks(state).filter_map(Seen::new).for_each(|seen| seen.write(&mut writer));
         let length = Self::MOST - writer.0.len() + CHECKSUM;
         let record = out.get_mut(..length).ok_or(LogError::Length)?;
         Writer(record).put(&(length as u16).to_le_bytes());
         seal(record);
-        self.scans = self.scans.wrapping_add(1);
+        self.skip();
         Ok(length)
     }
 }
@@ -116,13 +129,19 @@ impl<const NX: usize, const MODES: usize, const NZ: usize, const TRACKS: usize, 
         }
         let mut reader = Reader(record.get(3..record.len().saturating_sub(CHECKSUM)).unwrap_or_default());
         let mut read = || {
-            let (refused, number, time) = (reader.byte()? != 0, reader.word()?, Instant::from_micros(reader.wide()?));
+            let refused = match reader.byte()? {
+                0 => false,
+                1 => true,
+                _ => return None,
+            };
+            let (number, time) = (reader.word()?, Instant::from_micros(reader.wide()?));
             let (detections, tracks, dropped, _) = (reader.half()?, reader.half()?, reader.half()?, reader.half()?);
             let mut record =
                 Self { number, time, refused, plots: Plots::new(), dropped, digest: reader.word()?, tracks: heapless::Vec::new() };
             (0..detections).try_for_each(|_| read_detection(&mut reader).map(|plot| record.plots.push(plot)))?;
             (0..tracks).try_for_each(|_| record.tracks.push(Seen::read(&mut reader)?).ok())?;
-            (reader.0.is_empty() && record.plots.dropped() == 0).then_some(record)
+            let told = !refused || detections == 0;
+            (told && reader.0.is_empty() && record.plots.dropped() == 0).then_some(record)
         };
         Ok((read().ok_or(LogError::Content)?, rest))
     }
@@ -165,25 +184,15 @@ impl<const NX: usize, const MODES: usize> Seen<NX, MODES> {
     }
 
     fn write(&self, writer: &mut Writer<'_>) {
-        let status = match self.status {
-            Status::Tentative => 0,
-            Status::Confirmed => 1,
-            Status::Coasting => 2,
-        };
         writer.put(&self.id.to_le_bytes());
-        writer.put(&[status]);
+        writer.put(&[self.status as u8]);
         [self.existence].iter().chain(&self.prob).chain(&self.mean).for_each(|x| writer.put(&x.to_le_bytes()));
         writer.put(&self.digest.to_le_bytes());
     }
 
     fn read(reader: &mut Reader<'_>) -> Option<Self> {
         let id = reader.word()?;
-        let status = match reader.byte()? {
-            0 => Status::Tentative,
-            1 => Status::Confirmed,
-            2 => Status::Coasting,
-            _ => return None,
-        };
+        let status = Status::from_byte(reader.byte()?)?;
         let (existence, mut prob, mut mean) = (reader.real()?, [0.0; MODES], [0.0; NX]);
         reader.reals(&mut prob)?;
         reader.reals(&mut mean)?;

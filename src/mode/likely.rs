@@ -24,6 +24,7 @@ use crate::scalar::{Real, larger, sqrt};
 
 /// How the set of likely modes is adapted.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LikelyModes<T, const MODES: usize> {
     /// t₁
     unlikely: T,
@@ -39,6 +40,7 @@ pub struct LikelyModes<T, const MODES: usize> {
 
 /// What the adaptation made of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Adaptation<T, const MODES: usize> {
     /// μ over the modes that ran first; zero in the others
     pub prob: [T; MODES],

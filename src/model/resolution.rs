@@ -19,6 +19,7 @@ use crate::symmetric::Symmetric;
 
 /// The cells of a sensor that measures `NZ` components, and what two targets in one cell give.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Resolution<T, const NZ: usize> {
     /// R_d
     pub(crate) cells: Symmetric<T, NZ>,

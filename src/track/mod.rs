@@ -44,6 +44,18 @@ pub enum Status {
     Coasting,
 }
 
+impl Status {
+    /// As logs and messages write it; `None` for a byte that they never write.
+    pub(crate) const fn from_byte(byte: u8) -> Option<Self> {
+        match byte {
+            0 => Some(Self::Tentative),
+            1 => Some(Self::Confirmed),
+            2 => Some(Self::Coasting),
+            _ => None,
+        }
+    }
+}
+
 /// What a scan did to a track's life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {

@@ -299,4 +299,8 @@ where
     {
         state.tracks()
     }
+
+    fn digest(&self, state: &Self::State) -> u32 {
+        state.digest()
+    }
 }

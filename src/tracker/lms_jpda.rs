@@ -315,4 +315,8 @@ where
     {
         state.tracks()
     }
+
+    fn digest(&self, state: &Self::State) -> u32 {
+        state.digest()
+    }
 }

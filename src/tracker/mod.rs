@@ -66,6 +66,9 @@ pub trait Tracker<T: Real, const NX: usize, const MODES: usize> {
     where
         T: 'a;
 
+    /// All that the next scan depends on, folded into one word: see [`State::digest`].
+    fn digest(&self, state: &Self::State) -> u32;
+
     /// The combined estimates of all live tracks.
     fn estimates(&self, state: &Self::State) -> impl Iterator<Item = Estimate<T, NX>> {
         self.tracks(state).filter_map(Track::estimate)

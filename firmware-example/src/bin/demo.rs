@@ -31,9 +31,10 @@ fn main() -> ! {
     static mut SETS: Linear = Linear::new();
     static mut BUFFER: [u8; Wire::FRAME] = [0; Wire::FRAME];
     defmt::info!("boresight demo: {=usize} scans, state of {=usize} bytes", radar::scans(), size_of::<State>());
-    let joint = track(STATE, BUFFER);
-    let all = |joint| -> Result<_, twin::Fault> { Ok([joint, track_by_turns(LIKELY)?, track_as_one(COUPLED, PAIRED)?, track_sets(SETS)?]) };
-    let passed = match joint.and_then(all) {
+    let mut all = || -> Result<_, twin::Fault> {
+        Ok([track(STATE, BUFFER)?, track_by_turns(LIKELY)?, track_as_one(COUPLED, PAIRED)?, track_sets(SETS)?])
+    };
+    let passed = match all() {
         Ok(confirmed) => confirmed.iter().all(|tracks| *tracks > 0),
         Err(fault) => {
             defmt::error!("{}", defmt::Debug2Format(&fault));

@@ -32,7 +32,7 @@ pub fn run(state: &mut Memory, buffer: &mut [u8; MOST], mut to: impl FnMut(&[u8]
         detections.iter_mut().zip(plots).for_each(|(slot, plot)| *slot = Detection::new(*plot));
         let scan = Scan::new(Instant::from_millis(millis), detections.get(..plots.len()).unwrap_or(&detections));
         let outcome = tracker.step(state, &sensor, &scan);
-        let length = log.record(&scan, &outcome, state, buffer)?;
+        let length = log.record(&scan, &outcome, &tracker, state, buffer)?;
         to(buffer.get(..length).unwrap_or_default());
         Ok::<(), Fault>(())
     };

@@ -17,13 +17,13 @@ pub mod bound;
 mod configuration;
 mod count;
 mod coupled;
-mod figures;
+pub(crate) mod figures;
 mod image;
-mod labelled;
+pub(crate) mod labelled;
 mod likely;
-mod table;
+pub(crate) mod table;
 
-use crate::{Failure, output};
+use crate::{Failure, compare, output};
 use configuration::{FUSION, KERNELS, PIECES, Tracker, trackers};
 use count::{Board, Call};
 use coupled::Coupled;
@@ -37,7 +37,7 @@ use std::sync::OnceLock;
 /// Where the table stands.
 const README: &str = "firmware-example/README.md";
 /// The same figures for machines.
-const RECORD: &str = "firmware-example/budget.toml";
+pub(crate) const RECORD: &str = "firmware-example/budget.toml";
 
 /// What the command is asked for.
 #[derive(Debug, Clone, Default)]
@@ -67,7 +67,9 @@ pub fn run(root: &Path, request: &Request) -> Result<(), Failure> {
         output::print(&notes)
     } else if request.only.is_none() {
         table::publish(&root.join(README), &record)?;
-        record.write(&root.join(RECORD))
+        record.write(&root.join(RECORD))?;
+        // Another page shows some of these figures.
+        compare::refresh(root)
     } else {
         output::print("only some trackers: nothing published\n")
     }

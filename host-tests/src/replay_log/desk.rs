@@ -53,6 +53,12 @@ impl<T: Real, D: Motion<NX, STRIDE>, const NX: usize, const NZ: usize, const STR
         Ok(Self { tracker: D::tracker(parameters)?, sensor: parameters.sensor()?, state: Box::default() })
     }
 
+    /// Other numbers from now on.
+    pub fn configure(&mut self, parameters: &Parameters) -> Result<(), ConfigError> {
+        (self.tracker, self.sensor) = (D::tracker(parameters)?, parameters.sensor()?);
+        Ok(())
+    }
+
     /// Takes in the scan of `record`.
     pub fn step(&mut self, record: &Record<NX, MODES, NZ, TRACKS, DETS>) -> Result<(), ScanError> {
         let mut plots = Plots::<T, NZ, DETS>::new();

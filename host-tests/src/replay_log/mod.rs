@@ -16,7 +16,7 @@ mod shadow;
 pub use divergence::Divergence;
 
 use crate::{Failure, output};
-use boresight::log::{Header, Record, VERSION};
+use boresight::log::{Header, LogError, Record, VERSION};
 use boresight::ready::{ACCELERATING, DETS, MODES, Parameters, TRACKS, TURNING};
 use desk::{Accelerates, Desk, Motion, Turns};
 use shadow::Shadow;
@@ -41,14 +41,18 @@ pub fn replay(log: &[u8]) -> Result<(String, Option<Divergence>), Failure> {
         (ACCELERATING, [6, 3, 3], true) => follow::<Accelerates, 6, 3, 3>,
         _ => return Err(unknown(&header)),
     };
-    let parameters = Parameters::from_words(&header.numbers().ok_or_else(|| unknown(&header))?);
     let dotted = |[major, minor, patch]: [u16; 3]| format!("{major}.{minor}.{patch}");
     let mut text = format!("configuration {:#010x}, written by version {}", header.configuration, dotted(header.version));
     if header.version != VERSION {
         let _ = write!(text, "; this is {}: other bits are no surprise", dotted(VERSION));
     }
-    let (summary, divergence) = follow(&parameters, records)?;
+    let (summary, divergence) = follow(&header, records)?;
     Ok((format!("{text}\n{summary}"), divergence))
+}
+
+/// The numbers of a header.
+fn numbers(header: &Header<'_>) -> Result<Parameters, Failure> {
+    Ok(Parameters::from_words(&header.numbers().ok_or_else(|| unknown(header))?))
 }
 
 fn unknown(header: &Header<'_>) -> Failure {
@@ -58,16 +62,32 @@ fn unknown(header: &Header<'_>) -> Failure {
 
 /// All records, beside the same tracker in single and in double precision.
 fn follow<D: Motion<NX, STRIDE>, const NX: usize, const NZ: usize, const STRIDE: usize>(
-    parameters: &Parameters,
+    first: &Header<'_>,
     mut bytes: &[u8],
 ) -> Result<(String, Option<Divergence>), Failure> {
     let wrong = |error| Failure::input(error).within("configuration");
-    let mut desk = Desk::<f32, D, NX, NZ, STRIDE>::new(parameters).map_err(wrong)?;
-    let mut wide = Desk::<f64, D, NX, NZ, STRIDE>::new(parameters).map_err(wrong)?;
+    let parameters = numbers(first)?;
+    let mut desk = Desk::<f32, D, NX, NZ, STRIDE>::new(&parameters).map_err(wrong)?;
+    let mut wide = Desk::<f64, D, NX, NZ, STRIDE>::new(&parameters).map_err(wrong)?;
     let (mut scans, mut refused, mut detections) = (0u32, 0u32, 0usize);
     let (mut divergence, mut shadow) = (None, Shadow::default());
     while !bytes.is_empty() {
         let place = || format!("record {scans}");
+        match Header::decode(bytes) {
+            // Other numbers from here on, of the same tracker.
+            Ok((header, rest)) => {
+                if (header.kind, header.shape, header.capacity) != (first.kind, first.shape, first.capacity) {
+                    return Err(Failure::input("a header of another tracker").within(place()));
+                }
+                let parameters = numbers(&header)?;
+                desk.configure(&parameters).map_err(wrong)?;
+                wide.configure(&parameters).map_err(wrong)?;
+                bytes = rest;
+                continue;
+            }
+            Err(LogError::Magic | LogError::Length) => {}
+            Err(error) => return Err(Failure::input(error).within(place())),
+        }
         let (record, rest) = Record::<NX, MODES, NZ, TRACKS, DETS>::decode(bytes).map_err(|error| Failure::input(error).within(place()))?;
         if record.number != scans {
             return Err(Failure::input(format!("scan {} where {scans} belongs: records are missing", record.number)).within(place()));

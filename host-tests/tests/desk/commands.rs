@@ -42,6 +42,11 @@ fn failures_are_one_line_and_status_2() -> Result<(), Box<dyn Error>> {
         (&["replay-log", "missing.log"], "missing.log: no such file"),
         (&["replay-log", "binary.csv"], "binary.csv: header: it ends early"),
         (&["replay-log", "ok.csv"], "ok.csv: header: it does not begin as it must"),
+        (&["telemetry"], "<FILE>"),
+        (&["telemetry", "binary.csv"], "binary.csv: no record of telemetry"),
+        (&["compare"], "budget.toml: no such file"),
+        (&["compare", "--check", "--runs", "3"], "cannot be used with"),
+        (&["guide"], "GUIDE.md: no such file"),
         (&["soak", "--scans", "10"], "10 is not in 1000.."),
     ];
     for (arguments, expected) in cases {

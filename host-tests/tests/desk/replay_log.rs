@@ -119,6 +119,80 @@ fn plot() -> impl Strategy<Value = Detection<f32, 3>> {
     })
 }
 
+#[test]
+fn a_record_that_contradicts_itself_is_refused() {
+    let log = log();
+    let of = |scan: usize, at: usize, byte: u8| {
+        let mut record = log[records(&log)[scan].clone()].to_vec();
+        record[at] = byte;
+        let (body, checksum) = record.split_at_mut(record.len() - 4);
+        checksum.copy_from_slice(&crc(body));
+        Demo::decode(&record).map(|_| ()).err()
+    };
+    // Neither taken in nor refused; refused, and yet with detections; of another number of detections than there are.
+    let count = Demo::decode(&log[records(&log)[5].clone()]).unwrap().0.plots.as_slice().len() as u8;
+    assert_eq!(
+        [of(5, 3, 2), of(5, 3, 1), of(5, 16, count + 1), of(5, 16, count)],
+        [Some(LogError::Content), Some(LogError::Content), Some(LogError::Content), None]
+    );
+}
+
+/// A radar that moves: its tracker gets other numbers while it lives, and the log another header.
+#[test]
+fn a_log_goes_on_with_other_numbers() {
+    type Log = Recorder<4, MODES, 2, TRACKS, DETS>;
+    let (mut state, mut recorder, mut out) = (Box::new(State::<f32, 4>::new()), Log::new(), vec![0; Log::MOST]);
+    let (mut whole, mut silent) = (Vec::new(), Vec::new());
+    for leg in 0..3u8 {
+        let parameters =
+            Parameters { position: [40.0 * f32::from(leg), 0.0, 0.0], p_detect: 0.9 - 0.1 * f32::from(leg), ..Parameters::turning() };
+        let (tracker, sensor): (_, Sensor<f32, 2, 2>) = (parameters.turning_tracker::<f32>().unwrap(), parameters.sensor().unwrap());
+        let length = recorder.header(TURNING, &parameters.words(), &mut out).unwrap();
+        whole.extend_from_slice(&out[..length]);
+        silent.extend_from_slice(if leg == 0 { &out[..length] } else { &[] });
+        for k in 0..5u8 {
+            let plots = [Detection::new([3000.0 + 20.0 * f32::from(5 * leg + k), 0.5])];
+            let scan = Scan::new(Instant::from_millis(1000 * u64::from(5 * leg + k)), &plots);
+            let outcome = tracker.step(&mut state, &sensor, &scan);
+            let length = recorder.record(&scan, &outcome, &tracker, &state, &mut out).unwrap();
+            whole.extend_from_slice(&out[..length]);
+            silent.extend_from_slice(&out[..length]);
+        }
+    }
+    assert_eq!(replay(&whole).unwrap().1, None);
+    // Where nobody has told of the change, it is found in the first scan after it.
+    assert_eq!(replay(&silent).unwrap().1.map(|divergence| divergence.scan), Some(5));
+    let other = Recorder::<6, MODES, 2, TRACKS, DETS>::new();
+    let length = other.header(*b"accl", &Parameters::accelerating().words(), &mut out).unwrap();
+    whole.extend_from_slice(&out[..length]);
+    assert_eq!(replay(&whole).err().map(|failure| failure.to_string()).as_deref(), Some("record 15: a header of another tracker"));
+}
+
+proptest! {
+    /// Whatever a record holds under a checksum that agrees, and whatever bytes a log is made of, it is replayed or refused.
+    #[test]
+    fn any_content_is_replayed_or_refused(
+        changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..20),
+        scan in any::<prop::sample::Index>(),
+        noise in proptest::collection::vec(any::<u8>(), 0..300),
+    ) {
+        static LOG: std::sync::OnceLock<Vec<u8>> = std::sync::OnceLock::new();
+        let mut log = LOG.get_or_init(log).clone();
+        let all = records(&log);
+        let range = all[scan.index(all.len())].clone();
+        let record = &mut log[range];
+        let (body, checksum) = record.split_at_mut(record.len() - 4);
+        // All but its length and what it begins with.
+        changes.iter().for_each(|(at, byte)| body[3 + at.index(body.len() - 3)] = *byte);
+        checksum.copy_from_slice(&crc(body));
+        let _ = replay(&log);
+        prop_assert!(replay(&noise).is_err());
+        log.truncate(Header::size(WORDS));
+        log.extend_from_slice(&noise);
+        prop_assert!(replay(&log).is_err() || noise.is_empty());
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
@@ -139,7 +213,7 @@ proptest! {
             time += gap;
             let scan = Scan::new(Instant::from_micros(time), plots);
             let outcome = tracker.step(&mut state, &sensor, &scan);
-            let length = recorder.record(&scan, &outcome, &state, &mut out).unwrap();
+            let length = recorder.record(&scan, &outcome, &tracker, &state, &mut out).unwrap();
             let mut kept = Plots::<f32, 3, DETS>::new();
             plots.iter().for_each(|plot| kept.push(*plot));
             let (record, rest) = Record::<4, MODES, 3, TRACKS, DETS>::decode(&out[..length]).unwrap();

@@ -45,7 +45,7 @@ const UNLIKELY: f64 = 0.005;
 const PRINCIPAL: f64 = 0.3;
 const LEAST: usize = 3;
 
-type Turns<T> = [KnownTurn<T, 2>; MODES];
+pub(crate) type Turns<T> = [KnownTurn<T, 2>; MODES];
 type Joint = Jpda<16>;
 type Imm<T> = ImmJpda<T, Turns<T>, 4, MODES, 2, 2, Joint>;
 type Lms<T> = LmsJpda<T, Turns<T>, 4, MODES, 2, 2, Joint>;
@@ -94,7 +94,7 @@ fn tracks<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
     }
 }
 
-fn turns<T: Scalar>() -> Result<Turns<T>, ConfigError> {
+pub(crate) fn turns<T: Scalar>() -> Result<Turns<T>, ConfigError> {
     let noise = ProcessNoise::Discrete(T::ONE);
     let mut turns = [KnownTurn::new(T::ZERO, noise)?; MODES];
     for (turn, rate) in turns.iter_mut().zip(RATES) {
@@ -104,7 +104,7 @@ fn turns<T: Scalar>() -> Result<Turns<T>, ConfigError> {
 }
 
 /// Every rate stays, or changes to one of its neighbours.
-fn jump<T: Scalar>() -> JumpMatrix<T, MODES> {
+pub(crate) fn jump<T: Scalar>() -> JumpMatrix<T, MODES> {
     let neighbours = |i: usize| if i == 0 || i == MODES - 1 { 1.0 } else { 2.0 };
     std::array::from_fn(|i| {
         std::array::from_fn(|j| match i.abs_diff(j) {
@@ -120,7 +120,7 @@ fn even<T: Scalar>() -> [T; MODES] {
 }
 
 /// The three rates about zero.
-fn straight<T: Scalar>() -> [T; MODES] {
+pub(crate) fn straight<T: Scalar>() -> [T; MODES] {
     std::array::from_fn(|r| if r.abs_diff(MODES / 2) <= 1 { T::lit(1.0 / 3.0) } else { T::ZERO })
 }
 
@@ -175,7 +175,7 @@ fn joint<T: Scalar, X: AsRef<AssociationMatrix<T, 2, 2>>>(state: &State<T, 4, MO
 const NOWHERE: Point = Point { state: [f64::NAN; 4], prob: [f64::NAN; MODES], active: 0, beta: [f64::NAN; 2] };
 
 /// Position and covariance of a plot.
-fn convert<T: Scalar>([range, azimuth]: [f64; 2]) -> ([T; 2], Symmetric<T, 2>) {
+pub(crate) fn convert<T: Scalar>([range, azimuth]: [f64; 2]) -> ([T; 2], Symmetric<T, 2>) {
     let [range_variance, azimuth_variance] = SIGMAS.map(|sigma| T::lit(sigma * sigma));
     let Converted { position: [x, y, _], cov } = Polar::in_plane(T::lit(range), T::lit(azimuth), range_variance, azimuth_variance).linear();
     ([x, y], Symmetric::from_fn(|i, j| cov.upper()[i][j]))

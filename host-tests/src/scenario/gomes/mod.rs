@@ -11,8 +11,8 @@
 //! The figures of the reference (an independent implementation in double precision, base seed 0) stand beside ours. The paper gives
 //! curves, and the claims that are checked here.
 
-mod data;
-mod filters;
+pub(crate) mod data;
+pub(crate) mod filters;
 mod pictures;
 
 use super::{FilterResult, Metrics, Order, Outcome, Scenario};
@@ -31,7 +31,7 @@ const fn scenario(name: &'static str, about: &'static str, default_runs: u64, ru
 const GENTLE: &[(usize, f64)] = &[(15, 0.02), (22, 0.04), (40, 0.02), (46, 0.0)];
 const ABRUPT: &[(usize, f64)] = &[(20, 0.06), (38, -0.04), (50, 0.0)];
 
-const CROSSING_12: Variant = Variant { angle: 12.0, rates: GENTLE };
+pub(crate) const CROSSING_12: Variant = Variant { angle: 12.0, rates: GENTLE };
 const CROSSING_25: Variant = Variant { angle: 25.0, rates: GENTLE };
 const CROSSING_ABRUPT: Variant = Variant { angle: 35.0, rates: ABRUPT };
 

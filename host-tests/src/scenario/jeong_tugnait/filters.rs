@@ -40,13 +40,13 @@ const NX: usize = 9;
 pub const MODES: usize = 3;
 const DETS: usize = 64;
 const THRESHOLD: f64 = 16.0;
-const JUMP: [[f64; MODES]; MODES] = [[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8]];
-const INITIAL: [f64; MODES] = [0.8, 0.1, 0.1];
+pub(crate) const JUMP: [[f64; MODES]; MODES] = [[0.8, 0.1, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8]];
+pub(crate) const INITIAL: [f64; MODES] = [0.8, 0.1, 0.1];
 /// Standard deviations of the models' accelerations, or of their increments \[m/s²\].
 const NOISE: [f64; MODES] = [5.0, 7.5, 40.0];
 
-type Modes<T> = (ConstantVelocity<T, 3, 3>, ConstantAcceleration<T, 3>, ConstantAcceleration<T, 3>);
-type Seeing<T> = UniformSensor<Radar<T, 2, 3, 3>, T>;
+pub(crate) type Modes<T> = (ConstantVelocity<T, 3, 3>, ConstantAcceleration<T, 3>, ConstantAcceleration<T, 3>);
+pub(crate) type Seeing<T> = UniformSensor<Radar<T, 2, 3, 3>, T>;
 
 /// What is known of a target after a scan of both sensors.
 #[derive(Debug, Clone, Copy)]
@@ -101,12 +101,12 @@ fn follow_by<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
     }
 }
 
-fn modes<T: Scalar>() -> Result<Modes<T>, ConfigError> {
+pub(crate) fn modes<T: Scalar>() -> Result<Modes<T>, ConfigError> {
     let [quiet, turning, hard] = NOISE.map(|sigma| ProcessNoise::Discrete(T::lit(sigma * sigma)));
     Ok((ConstantVelocity::new(quiet)?, ConstantAcceleration::new(turning)?, ConstantAcceleration::new(hard)?))
 }
 
-fn seeing<T: Scalar>(of: &Specified, known: bool) -> Result<Seeing<T>, ConfigError> {
+pub(crate) fn seeing<T: Scalar>(of: &Specified, known: bool) -> Result<Seeing<T>, ConfigError> {
     let components =
         if of.cells == RADAR.cells { [Component::Range, Component::Azimuth] } else { [Component::Azimuth, Component::Elevation] };
     let radar = Radar::new(components, Symmetric::from_diagonal(of.sigmas.map(|sigma| T::lit(sigma * sigma))))?;
@@ -115,13 +115,13 @@ fn seeing<T: Scalar>(of: &Specified, known: bool) -> Result<Seeing<T>, ConfigErr
     UniformSensor::new(radar, T::lit(P_DETECT), clutter, Gate::new::<2>(T::lit(THRESHOLD))?.with_probability(T::ONE)?)
 }
 
-fn start<T: Scalar>(data: &Data) -> [Gaussian<T, NX>; 2] {
+pub(crate) fn start<T: Scalar>(data: &Data) -> [Gaussian<T, NX>; 2] {
     let cov = Symmetric::from_diagonal(std::array::from_fn(|i| T::lit(START[i % 3] * START[i % 3])));
     data.start.map(|at| Gaussian::new(SVector::from(at.map(T::lit)), cov))
 }
 
 /// The scans of both sensors in order: when, of which sensor, and what.
-fn scans<T: Scalar>(data: &Data) -> impl Iterator<Item = (Instant, [Vec<Detection<T, 2>>; 2])> {
+pub(crate) fn scans<T: Scalar>(data: &Data) -> impl Iterator<Item = (Instant, [Vec<Detection<T, 2>>; 2])> {
     let [radar, infrared] = &data.plots;
     (1..=SCANS)
         .zip(radar.iter().zip(infrared))

@@ -10,8 +10,8 @@
 //! Errors are of position, in three dimensions. The paper's counts and those of the reference (an independent implementation in double
 //! precision) stand beside ours.
 
-mod data;
-mod filters;
+pub(crate) mod data;
+pub(crate) mod filters;
 mod pictures;
 
 use super::{FilterResult, Metrics, Order, Outcome, Scenario};

@@ -61,12 +61,12 @@ type Memory<T, D, A, const SLOTS: usize> = GlmbState<T, D, A, SLOTS, HYPS, LABEL
 
 /// Hypotheses lighter than e^{−11.5} of the heaviest go.
 const LEAST_SHARE: f64 = 1.01e-5;
-const P_SURVIVE: f64 = 0.99;
-const P_DETECT: f64 = 0.97;
+pub(crate) const P_SURVIVE: f64 = 0.99;
+pub(crate) const P_DETECT: f64 = 0.97;
 /// Deviations of a new target's position \[m\], velocity \[m/s\] and turn rate \[rad/s\].
 const BIRTH_SIGMA: [f64; 3] = [1000.0, 300.0, 0.01];
 /// Deviation of the position sensor in each axis \[m\].
-const SIGMA: f64 = 40.0;
+pub(crate) const SIGMA: f64 = 40.0;
 /// Deviations of the polar sensor \[degrees, m\].
 const POLAR: [f64; 2] = [0.2, 50.0];
 
@@ -103,17 +103,17 @@ pub struct Estimates {
 
 /// What distinguishes a GLMB filter.
 #[derive(Debug, Clone, Copy)]
-struct Setting {
-    births: f64,
+pub(crate) struct Setting {
+    pub(crate) births: f64,
     most: usize,
     /// Process noise \[m/s²\]
     acceleration: f64,
     /// Probability to stay in a mode
-    stay: f64,
+    pub(crate) stay: f64,
     p_detect: f64,
 }
 
-const LINEAR_SETTING: Setting = Setting { births: 0.02, most: 100, acceleration: 5.0, stay: 0.8, p_detect: P_DETECT };
+pub(crate) const LINEAR_SETTING: Setting = Setting { births: 0.02, most: 100, acceleration: 5.0, stay: 0.8, p_detect: P_DETECT };
 const NONLINEAR_SETTING: Setting = Setting { stay: 0.9, ..LINEAR_SETTING };
 
 /// Runs a filter of the linear example over the data of a run.
@@ -204,15 +204,15 @@ fn noise<T: Scalar>(acceleration: f64) -> ProcessNoise<T> {
 }
 
 /// Straight on, right and left.
-type Three<T> = (ConstantVelocity<T, 2>, KnownTurn<T, 2>, KnownTurn<T, 2>);
+pub(crate) type Three<T> = (ConstantVelocity<T, 2>, KnownTurn<T, 2>, KnownTurn<T, 2>);
 
-fn three<T: Scalar>(setting: Setting) -> Result<Three<T>, ConfigError> {
+pub(crate) fn three<T: Scalar>(setting: Setting) -> Result<Three<T>, ConfigError> {
     let (noise, rate) = (noise(setting.acceleration), T::lit(data::TURN_RATE));
     Ok((ConstantVelocity::new(noise)?, KnownTurn::new(-rate, noise)?, KnownTurn::new(rate, noise)?))
 }
 
 /// The same probability for all jumps.
-fn jump<T: Scalar, const MODES: usize>(stay: f64) -> JumpMatrix<T, MODES> {
+pub(crate) fn jump<T: Scalar, const MODES: usize>(stay: f64) -> JumpMatrix<T, MODES> {
     let other = (1.0 - stay) / (MODES - 1) as f64;
     std::array::from_fn(|i| std::array::from_fn(|j| T::lit(if i == j { stay } else { other })))
 }
@@ -221,7 +221,7 @@ fn gate<T: Scalar>() -> Result<Gate<T>, ConfigError> {
     Gate::new::<2>(T::lit(25.0))
 }
 
-fn plane<T: Scalar>(p_detect: f64) -> Result<UniformSensor<Position<T, 2, 2>, T>, ConfigError> {
+pub(crate) fn plane<T: Scalar>(p_detect: f64) -> Result<UniformSensor<Position<T, 2, 2>, T>, ConfigError> {
     let area = (2.0 * data::HALF_SIDE).powi(2);
     let model = Position::new(Symmetric::from_diagonal([T::lit(SIGMA * SIGMA); 2]))?;
     UniformSensor::new(model, T::lit(p_detect), Clutter::Poisson(T::lit(data::CLUTTER / area)), gate()?)
@@ -234,7 +234,7 @@ fn polar<T: Scalar>(sigma: [f64; 2], p_detect: f64) -> Result<UniformSensor<Rada
 }
 
 /// A new target about `place`.
-fn birth<T: Scalar, const NX: usize>(place: [f64; 2]) -> Gaussian<T, NX> {
+pub(crate) fn birth<T: Scalar, const NX: usize>(place: [f64; 2]) -> Gaussian<T, NX> {
     let mean = SVector::from_fn(|i, _| T::lit(if i % 2 == 0 && i < 4 { place[i / 2] } else { 0.0 }));
     let sigma = |i: usize| BIRTH_SIGMA[if i == 4 { 2 } else { i % 2 }];
     Gaussian::new(mean, Symmetric::from_diagonal(std::array::from_fn(|i| T::lit(sigma(i) * sigma(i)))))

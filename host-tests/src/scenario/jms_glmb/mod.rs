@@ -13,8 +13,8 @@
 //! The figures of the reference (an independent implementation in double precision, 100 runs of other random numbers) stand
 //! beside ours. The paper gives curves only.
 
-mod data;
-mod filters;
+pub(crate) mod data;
+pub(crate) mod filters;
 mod pictures;
 
 use super::{FilterResult, Metrics, Order, Outcome, Scenario};

@@ -24,7 +24,8 @@ pub const SIGMA: f64 = 5.0;
 pub const P_DETECT: f64 = 0.99;
 
 const NOISE_VARIANCE: f64 = 0.1;
-const CLUTTER_DENSITY: f64 = 1e-5;
+/// Clutter \[1/m²\].
+pub const CLUTTER_DENSITY: f64 = 1e-5;
 const HALF_WIDTH: f64 = 500.0;
 const G: f64 = 9.81;
 

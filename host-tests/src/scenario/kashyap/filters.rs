@@ -47,6 +47,9 @@ pub const NAMES: &[&str] = &[
 /// The three models with the constants of the scenario's specification.
 pub const SPECIFIED: &str = "IMM-PDAF three models as specified";
 
+/// P_D that the three models assume.
+pub(crate) const ASSUMED_P_DETECT: f64 = 0.9;
+
 /// Room for the largest scan in a million.
 const DETS: usize = 96;
 
@@ -91,10 +94,23 @@ fn tracks<T: Scalar>(name: &str, data: &Data) -> Result<Tracks, Fault> {
             follow(&tracker((cv(0.1)?, ca(1.0)?, ca(100.0)?), jump, [0.9, 0.05, 0.05])?, P_DETECT, data)
         }
         _ => {
-            let jump = [[0.95, 0.0, 0.05], [0.05, 0.93, 0.02], [0.02, 0.2, 0.78]];
-            follow(&tracker((cv(0.1)?, ca(1.0)?, ca(120.0)?), jump, [0.9, 0.05, 0.05])?, 0.9, data)
+            let (modes, jump, initial) = three_models::<T>()?;
+            follow(&tracker(modes, jump, initial)?, ASSUMED_P_DETECT, data)
         }
     }
+}
+
+/// Straight on, gently and hard.
+pub(crate) type Three<T> = (ConstantVelocity<T, 2, 3>, ConstantAcceleration<T, 2>, ConstantAcceleration<T, 2>);
+
+/// Modes, jumps, and the probabilities of a new track.
+pub(crate) type Switching<T> = (Three<T>, JumpMatrix<f64, 3>, [f64; 3]);
+
+/// The three models with our constants.
+pub(crate) fn three_models<T: Scalar>() -> Result<Switching<T>, ConfigError> {
+    let [quiet, gentle, hard] = [0.1, 1.0, 120.0].map(|variance| ProcessNoise::Discrete(T::lit(variance)));
+    let modes = (ConstantVelocity::new(quiet)?, ConstantAcceleration::new(gentle)?, ConstantAcceleration::new(hard)?);
+    Ok((modes, [[0.95, 0.0, 0.05], [0.05, 0.93, 0.02], [0.02, 0.2, 0.78]], [0.9, 0.05, 0.05]))
 }
 
 fn tracker<T: Scalar, M: ModeSet<T, 6, MODES>, const MODES: usize>(
@@ -138,7 +154,7 @@ fn follow<T: Scalar, M: ModeSet<T, 6, MODES>, A: SingleAssociator<T>, const MODE
 const NOWHERE: Point = Point { position: [f64::NAN; 2], sigma_x: f64::NAN, p_manoeuvre: f64::NAN };
 
 /// Two-point differencing over one second; acceleration 0 with variance 1.
-fn two_points<T: Scalar>([first, second]: &[[f64; 2]; 2], r: T) -> Gaussian<T, 6> {
+pub(crate) fn two_points<T: Scalar>([first, second]: &[[f64; 2]; 2], r: T) -> Gaussian<T, 6> {
     let mut mean = SVector::zeros();
     for axis in 0..2 {
         mean[3 * axis] = T::lit(second[axis]);

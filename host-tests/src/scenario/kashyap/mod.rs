@@ -9,8 +9,8 @@
 //!
 //! The figures of the reference (an independent implementation in double precision, base seed 0) stand beside ours.
 
-mod data;
-mod filters;
+pub(crate) mod data;
+pub(crate) mod filters;
 mod pictures;
 
 use super::{FilterResult, Metrics, Order, Outcome, Scenario};
