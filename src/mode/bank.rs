@@ -11,8 +11,7 @@
 //! Both sums of all modes are taken about the mean of the first mode, d_i = x_i − x_1: with N_i = P_i − P_1 + d_i d_i' shared by
 //! all targets of the mixing, P⁰_j = P_1 + Σ_i μ_i|j N_i − d̄_j d̄_j'. The terms have the size of the distances
 //! between modes, which one interaction every scan keeps at about one gate, so that nothing of weight cancels; raw
-//! second moments, of the size of the coordinates, would lose the covariance in single precision. Up to four modes all sums of
-//! one entry stay in registers; more modes, and a variable structure, are mixed by way of [`Deviations`].
+//! second moments, of the size of the coordinates, would lose the covariance in single precision.
 //!
 //! # Variable structure
 //! A bank may hold some of its modes only (VS-IMM; Li and Bar-Shalom, *IEEE Trans. AC* 41(4), 1996). Into the set `to`, from
@@ -24,6 +23,7 @@
 //!
 //! where π is that of all modes: probability that jumps out of the set is shared out in proportion. What a mode that is not
 //! active holds means nothing, but for the first: it stands for the place of the target, see [`anchor`](ModeBank::anchor).
+//! Such a bank is mixed from its [`Deviations`], which the scan keeps for modes that are activated later in it.
 
 use super::{ActiveSet, Deviations, ModeSet};
 use crate::error::ConfigError;
@@ -32,9 +32,6 @@ use crate::scalar::{Real, is_invertible, larger};
 
 /// π: `rows[from][to]` is the probability of the mode `to` after one scan in the mode `from`.
 pub type JumpMatrix<T, const MODES: usize> = [[T; MODES]; MODES];
-
-/// Up to so many modes are mixed entry by entry, in registers; more by way of [`Deviations`], in memory.
-const IN_REGISTERS: usize = 4;
 
 /// Mode probabilities below this count as zero: their reciprocals still fit single precision.
 pub(crate) const LEAST_PROBABILITY: f64 = 1e-30;
@@ -101,12 +98,7 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
                 weight[j] = self.prob;
             }
         }
-        if MODES > IN_REGISTERS {
-            let before = Deviations::new(self, ActiveSet::first(MODES));
-            self.modes.iter_mut().zip(&weight).for_each(|(mode, weight)| before.mix(weight, mode));
-        } else {
-            self.mix_into(&weight);
-        }
+        self.mix_into(&weight);
         if sum > T::ZERO {
             // Rows that sum to one but for rounding would let the probabilities drift while a track coasts.
             let scale = T::ONE / sum;

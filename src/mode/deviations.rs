@@ -30,12 +30,11 @@ impl<T: Real, const NX: usize, const MODES: usize> Deviations<T, NX, MODES> {
     /// Those of the modes `active` of `bank`; the others are held as zero.
     ///
     /// Cost: for every mode of `active` about 2 NX (NX + 1) / 2 operations.
-    #[inline(always)]
     #[must_use]
     pub fn new(bank: &ModeBank<T, NX, MODES>, active: ActiveSet) -> Self {
-        let place = active.iter().find_map(|r| bank.modes.get(r)).map_or(Gaussian::<T, NX>::ZERO.mean, |g| g.mean);
-        let of = |i: usize| if active.contains(i) { about(&place, &bank.modes[i]) } else { Gaussian::ZERO };
-        Self { prob: bank.prob, place, modes: core::array::from_fn(of) }
+        let mut new = Self::ZERO;
+        new.take(bank, active);
+        new
     }
 
     /// The same in place. What is held of other modes stays as it was, and no longer means anything.
@@ -46,7 +45,7 @@ impl<T: Real, const NX: usize, const MODES: usize> Deviations<T, NX, MODES> {
         self.place = first.mean;
         for (i, (mode, g)) in self.modes.iter_mut().zip(&bank.modes).enumerate() {
             if active.contains(i) {
-                *mode = about(&self.place, g);
+                about(&self.place, g, mode);
             }
         }
     }
@@ -100,8 +99,7 @@ impl<T: Real, const NX: usize, const MODES: usize> Deviations<T, NX, MODES> {
 
 /// d, N
 #[inline(always)]
-fn about<T: Real, const NX: usize>(place: &SVector<T, NX>, g: &Gaussian<T, NX>) -> Gaussian<T, NX> {
-    let mut about = Gaussian::ZERO;
+fn about<T: Real, const NX: usize>(place: &SVector<T, NX>, g: &Gaussian<T, NX>, about: &mut Gaussian<T, NX>) {
     let d: [T; NX] = core::array::from_fn(|k| g.mean.data.0[0][k] - place.data.0[0][k]);
     about.mean.data.0[0] = d;
     unrolled!(for a in NX {
@@ -113,5 +111,4 @@ fn about<T: Real, const NX: usize>(place: &SVector<T, NX>, g: &Gaussian<T, NX>) 
             about.cov.upper_mut()[a][b] = g.cov.upper()[a][b] + product[b];
         }
     });
-    about
 }
