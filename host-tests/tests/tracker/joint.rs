@@ -220,8 +220,9 @@ fn a_distant_target_changes_nothing() -> Result<(), TestCaseError> {
 fn a_track_that_overflows_takes_no_other_with_it() -> Result<(), TestCaseError> {
     let tracker = joint_tracker::<f32, _, 2, 4>(Logic::unmanaged(), Rule::Off, Enumeration)?;
     let mut states = [JointTrackerState::new(), JointTrackerState::new()];
-    let mut wild = settled(0.0, 9e14, 0.0, 9e14);
-    wild.cov = Symmetric::from_diagonal([9e29; 6]);
+    // As large as a cue may be: 1e15 for the means of a mode together, 1e30 for its variances.
+    let mut wild = settled(0.0, 4.5e14, 0.0, 4.5e14);
+    wild.cov = Symmetric::from_diagonal([1.5e29; 6]);
     cue(&tracker, &mut states[0], wild)?;
     for state in &mut states {
         cue(&tracker, state, settled(0.0, 0.0, 0.0, 0.0))?;
