@@ -34,7 +34,7 @@ fn refuse<T: Real, D: Density<T, 4, 2>, A: Truncation<T, 6> + Debug>(truncation:
     let zero = Detection::new([T::ZERO; 2]);
     let (infinity, noise) = (T::ONE / T::ZERO, Symmetric::from_diagonal([T::lit(25.0); 2]));
     let bad = [
-        (Detection::new([T::ZERO / T::ZERO, T::ZERO]), ScanError::DetectionNotFinite),
+        (Detection::new([T::lit(f64::NAN), T::ZERO]), ScanError::DetectionNotFinite),
         (Detection::new([T::ZERO, infinity]), ScanError::DetectionNotFinite),
         (zero.with_amplitude(infinity), ScanError::DetectionNotFinite),
         (zero.with_noise(Symmetric::from_diagonal([-T::ONE; 2])), ScanError::NoiseNotDefinite),
