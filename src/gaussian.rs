@@ -183,8 +183,7 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
     /// nothing changes and the answer is `false`.
     ///
     /// Cost: 2 NX·NZ + NX·NZ² + NX(NX + 1)/2 · NZ multiply-adds.
-    #[cfg_attr(not(small), inline(always))]
-    #[cfg_attr(small, inline(never))]
+    #[inline(always)]
     #[must_use]
     pub fn correct<const NZ: usize>(&mut self, cross: &SMatrix<T, NX, NZ>, by: &Correction<T, NZ>) -> bool {
         let g = &cross.data.0;

@@ -65,8 +65,7 @@ pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, con
 }
 
 /// Predicts the covariance alone, where the mean moves by other equations.
-#[cfg_attr(not(small), inline(always))]
-#[cfg_attr(small, inline(never))]
+#[inline(always)]
 pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(
     step: &B,
     cov: &mut Symmetric<T, NX>,

@@ -86,8 +86,7 @@ pub struct VelocityStep<T> {
 }
 
 impl<T: Real, const S: usize> BlockStep<T, S> for VelocityStep<T> {
-    #[cfg_attr(not(small), inline(always))]
-    #[cfg_attr(small, inline(never))]
+    #[inline(always)]
     fn propagate<const L: usize>(&self, v: &mut [[T; L]; S]) {
         let moved = block::scaled(&v[1], self.dt);
         block::add(&mut v[0], &moved);
@@ -197,8 +196,7 @@ pub struct AccelerationStep<T> {
 }
 
 impl<T: Real> BlockStep<T, 3> for AccelerationStep<T> {
-    #[cfg_attr(not(small), inline(always))]
-    #[cfg_attr(small, inline(never))]
+    #[inline(always)]
     fn propagate<const L: usize>(&self, [x, v, a]: &mut [[T; L]; 3]) {
         let [to_x, to_v, to_a] = self.acceleration;
         let (moved, fallen, gained) = (block::scaled(v, self.velocity), block::scaled(a, to_x), block::scaled(a, to_v));

@@ -139,8 +139,7 @@ impl<T: Real, const S: usize> TurnStep<T, S> {
 }
 
 impl<T: Real, const S: usize> BlockStep<T, S> for TurnStep<T, S> {
-    #[cfg_attr(not(small), inline(always))]
-    #[cfg_attr(small, inline(never))]
+    #[inline(always)]
     fn propagate<const L: usize>(&self, v: &mut [[T; L]; S]) {
         self.turn(v);
         if S % 2 == 1 {
