@@ -150,17 +150,21 @@ impl<C: Coupling<f32, NX>> Meeting<C> {
     }
 }
 
+// Inline: compiled with the image that uses it. Compiled here, its generic code would serve all images, and at `opt-level = "s"`
+// with bounds checks that an image as a whole does away with.
 impl Pairs {
     /// The same modes, the radar alone.
     ///
     /// # Errors
     /// None, unless the constants here are wrong.
+    #[inline]
     pub fn new() -> Result<Self, ConfigError> {
         let [radar, _] = sensors()?;
         Ok(Self { tracker: ImmJpda::new(modes()?, JUMP, INITIAL, Logic::unmanaged(), Merging::new(Jpda::new()))?, radar })
     }
 
     /// Puts the targets where the scans find them.
+    #[inline]
     pub fn start(&self, memory: &mut Tracks) -> bool {
         densities().into_iter().all(|g| self.tracker.start(memory, g, Instant::ZERO).is_some())
     }
@@ -169,6 +173,7 @@ impl Pairs {
     ///
     /// # Errors
     /// None, unless scans go back in time.
+    #[inline]
     pub fn step(&self, memory: &mut Tracks, k: usize) -> Result<Report, ScanError> {
         let (plots, count) = plots(0, k);
         self.tracker.step(memory, &self.radar, &Scan::new(at(k), plots.get(..count).unwrap_or_default()))
