@@ -57,6 +57,8 @@ pub struct ResidualDensity<T, const NZ: usize> {
     pub s_inv: Symmetric<T, NZ>,
     /// The density at zero, 1 / √det 2πS
     pub peak: T,
+    /// det S
+    pub det: T,
     /// The first variance in S: no residual inside a gate γ has a first coordinate beyond √(γ S₁₁)
     pub first: T,
 }
@@ -77,7 +79,7 @@ impl<T: Real, const NZ: usize> ResidualDensity<T, NZ> {
     #[must_use]
     pub fn new(s: &Symmetric<T, NZ>) -> Self {
         let inverse = s.inverse();
-        Self { s_inv: inverse.matrix, peak: inverse.root * unit_peak::<T, NZ>(), first: s.upper()[0][0] }
+        Self { s_inv: inverse.matrix, peak: inverse.root * unit_peak::<T, NZ>(), det: inverse.det, first: s.upper()[0][0] }
     }
 
     /// Whether S was positive definite.
@@ -159,7 +161,12 @@ impl<T: Real, const NX: usize, const NZ: usize> Innovation<T, NX, NZ> {
 #[inline(always)]
 pub(crate) fn noise_is_sharp<T: Real, const NZ: usize>(spread: &Symmetric<T, NZ>, noise: &Symmetric<T, NZ>) -> bool {
     let share = T::EPSILON * T::lit(SHARP);
-    (0..NZ).fold(false, |sharp, k| sharp | (noise.upper()[k][k] < share * spread.upper()[k][k]))
+    // By the signs of differences: in integer registers, where comparisons would wait for flags.
+    let mut sharp = false;
+    each!(k in NZ {
+        sharp |= (noise.upper()[k][k] - share * spread.upper()[k][k]).is_sign_negative();
+    });
+    sharp
 }
 
 /// `noise` with every variance raised to where it is no longer sharp beside that of the predicted measurement.
@@ -183,6 +190,7 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
     /// nothing changes and the answer is `false`.
     ///
     /// Cost: 2 NX·NZ + NX·NZ² + NX(NX + 1)/2 · NZ multiply-adds.
+    #[cfg(not(small))]
     #[inline(always)]
     #[must_use]
     pub fn correct<const NZ: usize>(&mut self, cross: &SMatrix<T, NX, NZ>, by: &Correction<T, NZ>) -> bool {
@@ -219,6 +227,41 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
                 p[i][j] -= taken[j];
             }
         });
+        true
+    }
+
+    /// x ← x + G w, P ← P − G E G'. Where P would not keep finite variances that are not negative, or w is not finite,
+    /// nothing changes and the answer is `false`.
+    ///
+    /// Cost: that of the form for speed, and G E twice.
+    // Loops, one copy for all that correct. The same operations in the same order.
+    #[cfg(small)]
+    #[inline(never)]
+    #[must_use]
+    pub fn correct<const NZ: usize>(&mut self, cross: &SMatrix<T, NX, NZ>, by: &Correction<T, NZ>) -> bool {
+        let (g, p) = (&cross.data.0, self.cov.upper_mut());
+        let row = |i: usize| {
+            let mut row = by.w;
+            each!(k in NZ {
+                row[k] = g[k][i];
+            });
+            row
+        };
+        let mut flaw = sum(&by.w) * T::ZERO;
+        for i in 0..NX {
+            let variance = p[i][i] - dot(&by.e.times(&row(i)), &row(i));
+            flaw += variance.abs() - variance;
+        }
+        if flaw != T::ZERO {
+            return false;
+        }
+        for i in 0..NX {
+            let ge = by.e.times(&row(i));
+            self.mean.data.0[0][i] += dot(&row(i), &by.w);
+            for j in i..NX {
+                p[i][j] -= dot(&ge, &row(j));
+            }
+        }
         true
     }
 
@@ -293,20 +336,24 @@ pub(crate) const fn zero_vector<T: Real, const N: usize>() -> SVector<T, N> {
 }
 
 #[inline(always)]
-fn sum<T: Real, const N: usize>(a: &[T; N]) -> T {
+pub(crate) fn sum<T: Real, const N: usize>(a: &[T; N]) -> T {
     let mut sum = a[0];
-    for i in 1..N {
-        sum += a[i];
-    }
+    each!(i in N {
+        if i > 0 {
+            sum += a[i];
+        }
+    });
     sum
 }
 
 #[inline(always)]
 pub(crate) fn dot<T: Real, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
     let mut sum = a[0] * b[0];
-    for i in 1..N {
-        sum += a[i] * b[i];
-    }
+    each!(i in N {
+        if i > 0 {
+            sum += a[i] * b[i];
+        }
+    });
     sum
 }
 #[cfg(feature = "defmt")]

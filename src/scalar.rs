@@ -37,7 +37,6 @@ pub(crate) mod sealed {
         fn exp2(self) -> Self;
         fn ln(self) -> Self;
         fn sqrt(self) -> Self;
-        fn inverse_sqrt(self) -> Self;
         fn invertible(self) -> bool;
         fn sin_cos(self) -> (Self, Self);
         fn atan2(self, x: Self) -> Self;
@@ -119,12 +118,6 @@ pub fn sqrt<T: Real>(x: T) -> T {
     sealed::Math::sqrt(x)
 }
 
-/// 1 / √x of a positive number of full precision. In `f32` within 6e-7 of the true value, relative, and without a call.
-#[inline(always)]
-pub fn inverse_sqrt<T: Real>(x: T) -> T {
-    sealed::Math::inverse_sqrt(x)
-}
-
 /// Whether x is positive, and x and 1 / x are of full precision: not for numbers so small or so large as no variance is.
 #[inline(always)]
 pub fn is_invertible<T: Real>(x: T) -> bool {
@@ -198,10 +191,6 @@ impl sealed::Math for f64 {
     #[inline(always)]
     fn sqrt(self) -> f64 {
         libm::sqrt(self)
-    }
-    #[inline(always)]
-    fn inverse_sqrt(self) -> f64 {
-        1.0 / libm::sqrt(self)
     }
     #[inline(always)]
     fn invertible(self) -> bool {

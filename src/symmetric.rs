@@ -8,7 +8,7 @@
 //! factor     P = L L' (Cholesky), a zero pivot gives a zero column: P may be semi-definite
 //! ```
 
-use crate::scalar::{Real, inverse_sqrt, is_finite, is_invertible, sqrt};
+use crate::scalar::{Real, is_finite, is_invertible, sqrt};
 use nalgebra::SMatrix;
 
 /// A symmetric N × N matrix.
@@ -18,12 +18,14 @@ pub struct Symmetric<T, const N: usize> {
     upper: [[T; N]; N],
 }
 
-/// S⁻¹ and the root of its determinant; both zero where S is not positive definite.
+/// S⁻¹, det S and the root of det S⁻¹; all zero where S is not positive definite.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Inverse<T, const N: usize> {
     /// S⁻¹
     pub matrix: Symmetric<T, N>,
+    /// det S
+    pub det: T,
     /// 1 / √det S
     pub root: T,
 }
@@ -40,9 +42,19 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     #[must_use]
     pub fn from_fn(mut entry: impl FnMut(usize, usize) -> T) -> Self {
         let mut s = Self::zeros();
-        for i in 0..N {
-            for j in i..N {
-                s.upper[i][j] = entry(i, j);
+        if N <= 3 {
+            each!(i in N {
+                each!(j in N {
+                    if i <= j {
+                        s.upper[i][j] = entry(i, j);
+                    }
+                });
+            });
+        } else {
+            for i in 0..N {
+                for j in i..N {
+                    s.upper[i][j] = entry(i, j);
+                }
             }
         }
         s
@@ -93,6 +105,16 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         if i <= j { self.upper[i][j] } else { self.upper[j][i] }
     }
 
+    /// Row or column `i`, for an index below N.
+    #[inline(always)]
+    pub(crate) fn line(&self, i: usize) -> [T; N] {
+        let mut line = self.upper[i];
+        for k in 0..i {
+            line[k] = self.upper[k][i];
+        }
+        line
+    }
+
     /// Column `j`, for an index that is known when the compiler first sees it, times `factor`.
     #[inline(always)]
     pub(crate) fn column(&self, j: usize, factor: T) -> [T; N] {
@@ -115,13 +137,15 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     #[must_use]
     pub fn times(&self, v: &[T; N]) -> [T; N] {
         // Column by column: no product is used at once, which the pipeline of a small core would wait for.
-        let mut sum: [T; N] = core::array::from_fn(|i| self.at(i, 0) * v[0]);
-        for j in 1..N {
-            let column: [T; N] = core::array::from_fn(|i| self.at(i, j) * v[j]);
-            for i in 0..N {
-                sum[i] += column[i];
-            }
-        }
+        let (mut sum, mut column) = ([T::ZERO; N], [T::ZERO; N]);
+        each!(j in N {
+            each!(i in N {
+                column[i] = self.at(i, j) * v[j];
+            });
+            each!(i in N {
+                sum[i] = if j == 0 { column[i] } else { sum[i] + column[i] };
+            });
+        });
         sum
     }
 
@@ -162,7 +186,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
         self.inverse().root > T::ZERO
     }
 
-    /// S⁻¹ and 1 / √det S; both zero where S is not positive definite, or its determinant beyond the precision. Where S is not
+    /// S⁻¹, det S and 1 / √det S; all zero where S is not positive definite, or its determinant beyond the precision. Where S is not
     /// finite the root is zero, and the matrix no number.
     ///
     /// The closed forms up to N = 3 do not mind mixed units: scaling a row and its column scales every product alike.
@@ -171,22 +195,22 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     pub fn inverse(&self) -> Inverse<T, N> {
         let s = &self.upper;
         if N == 1 {
-            let (scale, root) = reciprocals(true, s[0][0]);
-            Inverse { matrix: Self::from_fn(|_, _| scale), root }
+            let (det, scale, root) = reciprocals(true, s[0][0]);
+            Inverse { matrix: Self::from_fn(|_, _| scale), det, root }
         } else if N == 2 {
             let (a, b, c) = (s[0][0], s[0][1], s[1][1]);
-            let (scale, root) = reciprocals(a > T::ZERO, a * c - b * b);
+            let (det, scale, root) = reciprocals(a > T::ZERO, a * c - b * b);
             let adjugate = [[c, -b], [T::ZERO, a]];
-            Inverse { matrix: Self::from_fn(|i, j| adjugate[i][j] * scale), root }
+            Inverse { matrix: Self::from_fn(|i, j| adjugate[i][j] * scale), det, root }
         } else if N == 3 {
             let (a, b, c, d, e, f) = (s[0][0], s[0][1], s[0][2], s[1][1], s[1][2], s[2][2]);
             let (c00, c01, c02) = (d * f - e * e, c * e - b * f, b * e - c * d);
             let (c11, c12, c22) = (a * f - c * c, b * c - a * e, a * d - b * b);
-            let (scale, root) = reciprocals(a > T::ZERO && c22 > T::ZERO, a * c00 + b * c01 + c * c02);
+            let (det, scale, root) = reciprocals(a > T::ZERO && c22 > T::ZERO, a * c00 + b * c01 + c * c02);
             let adjugate = [[c00, c01, c02], [T::ZERO, c11, c12], [T::ZERO, T::ZERO, c22]];
-            Inverse { matrix: Self::from_fn(|i, j| adjugate[i][j] * scale), root }
+            Inverse { matrix: Self::from_fn(|i, j| adjugate[i][j] * scale), det, root }
         } else {
-            self.inverse_by_sweeps().unwrap_or(Inverse { matrix: Self::zeros(), root: T::ZERO })
+            self.inverse_by_sweeps().unwrap_or(Inverse { matrix: Self::zeros(), det: T::ZERO, root: T::ZERO })
         }
     }
 
@@ -194,12 +218,13 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     /// They turn S into −S⁻¹, and their pivots are those of S = L D L'.
     fn inverse_by_sweeps(&self) -> Option<Inverse<T, N>> {
         let mut a = self.upper;
-        let mut root = T::ONE;
+        let (mut det, mut root) = (T::ONE, T::ONE);
         unrolled!(for k in N {
-            let (scale, inverse_root) = reciprocals(true, a[k][k]);
+            let (pivot, scale, inverse_root) = reciprocals(true, a[k][k]);
             if scale == T::ZERO {
                 return None;
             }
+            det *= pivot;
             root *= inverse_root;
             let row: [T; N] = core::array::from_fn(|i| if i < k { a[i][k] } else { a[k][i] });
             let scaled = row.map(|v| v * scale);
@@ -219,7 +244,7 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
             a[k][k] = -scale;
         });
         let matrix = Self::from_fn(|i, j| -a[i][j]);
-        matrix.is_finite().then_some(Inverse { matrix, root })
+        matrix.is_finite().then_some(Inverse { matrix, det, root })
     }
 
     /// The lower triangular L with S = L L', or `None` where S has a negative pivot or is not finite.
@@ -257,10 +282,14 @@ impl<T: Real, const N: usize> Symmetric<T, N> {
     }
 }
 
-/// 1 / x and 1 / √x of a positive number, both of full precision; zeros for others, or where not `definite`.
+/// x, 1 / x and 1 / √x of a positive number, all of full precision; zeros for others, or where not `definite`.
 #[inline(always)]
-fn reciprocals<T: Real>(definite: bool, x: T) -> (T, T) {
-    if definite && is_invertible(x) { (T::ONE / x, inverse_sqrt(x)) } else { (T::ZERO, T::ZERO) }
+fn reciprocals<T: Real>(definite: bool, x: T) -> (T, T, T) {
+    if !(definite && is_invertible(x)) {
+        return (T::ZERO, T::ZERO, T::ZERO);
+    }
+    let scale = T::ONE / x;
+    (x, scale, sqrt(scale))
 }
 
 impl<T: PartialEq, const N: usize> PartialEq for Symmetric<T, N> {

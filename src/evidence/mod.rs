@@ -127,26 +127,24 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
     ) {
         let innovations = predicted.innovations();
         self.gated.clear();
-        self.kind = kind_of(predicted);
         let (model, threshold) = (sensor.model(), sensor.gate().threshold());
-        let mut widest = 0;
-        let (mut z_hat, mut density) = (innovations[0].z_hat, innovations[0].density);
-        if !predicted.weighs(0) {
-            density.peak = T::ZERO;
-        }
-        for r in 1..MODES {
+        let (mut widest, mut most, mut sharp) = (MODES, T::ZERO, false);
+        for r in 0..MODES {
             if !predicted.weighs(r) {
                 continue;
             }
-            let peak = innovations[r].density.peak;
-            if peak > T::ZERO && (peak < density.peak || density.peak == T::ZERO) {
-                (widest, z_hat, density) = (r, innovations[r].z_hat, innovations[r].density);
+            let Innovation { density, sharp: own, .. } = &innovations[r];
+            sharp |= own;
+            if density.det > most {
+                (widest, most) = (r, density.det);
             }
         }
-        self.peak = density.peak;
-        if !density.is_proper() {
+        self.kind = if sharp { Kind::OwnNoise } else { Kind::Plain };
+        let Some(&Innovation { z_hat, density, .. }) = innovations.get(widest) else {
+            self.peak = T::ZERO;
             return;
-        }
+        };
+        self.peak = density.peak;
         if !candidates.plain {
             return self.gate_each(bank, predicted, sensor, detections, candidates.numbers, widest);
         }

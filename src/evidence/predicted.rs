@@ -92,21 +92,24 @@ impl<T, const NX: usize, const NZ: usize, const MODES: usize> Predicted<T, NX, N
 #[inline(always)]
 #[must_use]
 pub const fn no_innovations<T: Real, const NX: usize, const NZ: usize, const MODES: usize>() -> Innovations<T, NX, NZ, MODES> {
-    let density = ResidualDensity { s_inv: Symmetric::zeros(), peak: T::ZERO, first: T::ZERO };
+    let density = ResidualDensity { s_inv: Symmetric::zeros(), peak: T::ZERO, det: T::ZERO, first: T::ZERO };
     let cross = SMatrix::from_array_storage(ArrayStorage([[T::ZERO; NX]; NZ]));
     [Innovation { z_hat: zero_vector(), cross, spread: Symmetric::zeros(), density, sharp: false }; MODES]
 }
 
 /// Writes the predicted measurements of the modes `active` of a bank.
-// One copy for all that ask: inlined, every mode would be a call and a copy.
-#[inline(never)]
+#[inline]
 pub fn predict_measurements<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
     innovations: &mut Innovations<T, NX, NZ, MODES>,
     bank: &ModeBank<T, NX, MODES>,
     active: ActiveSet,
     model: &M,
 ) {
-    write(innovations, bank, |mode| active.contains(mode), model);
+    rolled!(for r in 0..MODES {
+        if active.contains(r) {
+            innovations[r] = model.innovation(&bank.modes[r]);
+        }
+    });
 }
 
 /// The predicted measurements of a bank.
@@ -118,20 +121,6 @@ pub fn innovations<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, con
 ) -> Innovations<T, NX, NZ, MODES> {
     // Written in place: collected, they would be copied once more.
     let mut innovations = no_innovations();
-    write(&mut innovations, bank, |_| true, model);
+    predict_measurements(&mut innovations, bank, ActiveSet::first(MODES), model);
     innovations
-}
-
-#[inline(always)]
-fn write<T: Real, M: MeasurementModel<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
-    innovations: &mut Innovations<T, NX, NZ, MODES>,
-    bank: &ModeBank<T, NX, MODES>,
-    counts: impl Fn(usize) -> bool,
-    model: &M,
-) {
-    for r in 0..MODES {
-        if counts(r) {
-            innovations[r] = model.innovation(&bank.modes[r]);
-        }
-    }
 }

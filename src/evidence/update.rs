@@ -15,7 +15,7 @@ use super::{Evidence, Innovations, Kind, Predicted, SomeInnovations};
 use crate::gaussian::{Correction, Gaussian, Innovation, ResidualDensity, dot};
 use crate::mode::{LEAST_PROBABILITY, ModeBank};
 use crate::model::MeasurementModel;
-use crate::scalar::{Real, is_finite};
+use crate::scalar::{Real, is_invertible};
 use crate::scan::Detection;
 use crate::sensor::Sensor;
 use crate::symmetric::Symmetric;
@@ -39,22 +39,30 @@ impl<T: Real, const NZ: usize> Sums<T, NZ> {
     #[inline(always)]
     pub fn add(&mut self, p: T, u: &[T; NZ]) {
         // All products, then all sums: no result is used at once.
-        let pu = u.map(|u| p * u);
+        let mut pu = [T::ZERO; NZ];
+        each!(k in NZ {
+            pu[k] = p * u[k];
+        });
         let puu = Symmetric::<T, NZ>::from_fn(|k, l| pu[k] * u[l]);
         self.evidence += p;
-        for k in 0..NZ {
+        each!(k in NZ {
             self.first[k] += pu[k];
-            for l in k..NZ {
-                self.second.upper_mut()[k][l] -= puu.upper()[k][l];
-            }
-        }
+            each!(l in NZ {
+                if k <= l {
+                    self.second.upper_mut()[k][l] -= puu.upper()[k][l];
+                }
+            });
+        });
     }
 
     /// The association update, where the sum with the miss is `evidence`; S⁻¹ is `s_inv`, zero where the second sum has it.
     #[inline(always)]
     fn correction(&self, evidence: T, s_inv: &Symmetric<T, NZ>) -> Correction<T, NZ> {
         let scale = T::ONE / evidence;
-        let w = self.first.map(|a| a * scale);
+        let mut w = [T::ZERO; NZ];
+        each!(k in NZ {
+            w[k] = self.first[k] * scale;
+        });
         let e = |k: usize, l: usize| (self.second.upper()[k][l] + self.evidence * s_inv.upper()[k][l]) * scale + w[k] * w[l];
         Correction { w, e: Symmetric::from_fn(e) }
     }
@@ -189,8 +197,10 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         let mut miss = T::ONE - p_detect * sensor.gate().p_gate();
         let uniform = sensor.uniform_clutter();
         let mut rate = self.rate::<NZ>(sensor.gate(), p_detect);
+        // Where λ is the same everywhere, it counts once, in the miss: all weights times λ, then.
+        let mut share = T::ONE;
         if let Some(clutter) = uniform {
-            miss *= rate.density(clutter) / p_detect;
+            (miss, share) = (miss * rate.density(clutter), p_detect);
         } else {
             for (number, hit) in self.gated.iter().zip(&mut self.hit) {
                 let Some(detection) = detections.get(usize::from(*number)) else { break };
@@ -198,22 +208,27 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             }
         }
         // Mode by mode: all of one fits into registers.
+        let gated = self.gated.iter().zip(&self.hit);
         let (mut evidence, mut hits, mut likely, mut resets) = ([T::ZERO; MODES], T::ZERO, false, 0);
         for r in 0..MODES {
-            let Innovation { z_hat, density, .. } = &innovations[r];
+            // Copies: what is behind a reference would be loaded for every detection.
+            let (z_hat, mut density) = (innovations[r].z_hat, innovations[r].density);
+            density.peak *= share;
             let mut sums = Sums::ZERO;
-            for (number, rate) in self.gated.iter().zip(&self.hit) {
+            for (number, rate) in gated.clone() {
                 let Some(detection) = detections.get(usize::from(*number)) else { break };
-                let (l, u) = likelihood(density, &sensor.model().residual(&detection.z, z_hat));
+                let (l, u) = likelihood(&density, &sensor.model().residual(&detection.z, &z_hat));
                 sums.add(if uniform.is_some() { l } else { *rate * l }, &u);
             }
             hits += bank.prob[r] * sums.evidence;
-            let (e, kept) = correct::<T, true, NX, NZ>(&mut bank.modes[r], &innovations[r], &sums, miss * doubt);
-            evidence[r] = e;
-            likely |= e > T::lit(LEAST_PROBABILITY);
-            resets += u16::from(!kept);
+            evidence[r] = miss * doubt + sums.evidence;
+            if is_invertible(evidence[r]) {
+                likely = true;
+                let by = sums.correction(evidence[r], &density.s_inv);
+                resets += u16::from(!bank.modes[r].correct(&innovations[r].cross, &by));
+            }
         }
-        if !likely || !is_finite(miss) {
+        if !likely {
             // No mode was corrected.
             return self.pda_by_logarithms(bank, innovations, sensor, detections, doubt);
         }

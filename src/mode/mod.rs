@@ -4,6 +4,7 @@ mod active;
 mod bank;
 mod deviations;
 mod likely;
+mod mixing;
 mod set;
 
 pub use active::ActiveSet;

@@ -10,7 +10,8 @@
 //! f is straight-line code that propagates vectors in place, all of them side by side: first the columns of a block of P, then
 //! its rows; no matrix is formed and no structural zero multiplied. A diagonal block is computed whole and stored as a triangle,
 //! so the compiler drops what only the lower half would need: constant velocity in two axes costs 28 operations,
-//! constant acceleration 108.
+//! constant acceleration 108. Where the library is compiled for size, f takes one vector after the other, all of P; what is
+//! computed of an entry stays the same.
 
 use crate::gaussian::Gaussian;
 use crate::scalar::Real;
@@ -21,8 +22,8 @@ use nalgebra::{SMatrix, SVector};
 pub trait BlockStep<T: Real, const S: usize> {
     /// v ← f v for `L` vectors v side by side: `v[i]` are the entries i of all.
     fn propagate<const L: usize>(&self, v: &mut [[T; L]; S]);
-    /// q
-    fn noise(&self) -> Symmetric<T, S>;
+    /// q_ij, i ≤ j
+    fn noise(&self, i: usize, j: usize) -> T;
 }
 
 /// `factor` v
@@ -44,6 +45,7 @@ pub(super) fn add<T: Real, const L: usize>(v: &mut [T; L], w: &[T; L]) {
 }
 
 /// Predicts mean and covariance of the first `A` blocks of `S` states.
+#[cfg(not(small))]
 #[inline(always)]
 pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, g: &mut Gaussian<T, NX>) {
     const { assert!(A * S <= NX, "the state is too short for these blocks") }
@@ -65,13 +67,13 @@ pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, con
 }
 
 /// Predicts the covariance alone, where the mean moves by other equations.
+#[cfg(not(small))]
 #[inline(always)]
 pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(
     step: &B,
     cov: &mut Symmetric<T, NX>,
 ) {
     const { assert!(A * S <= NX, "the state is too short for these blocks") }
-    let q = step.noise();
     let p = cov.upper_mut();
     for a in 0..A {
         for b in a..A {
@@ -94,11 +96,81 @@ pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A:
                     if a != b {
                         p[a * S + i][b * S + j] = rows[j][i];
                     } else if i <= j {
-                        p[a * S + i][b * S + j] = rows[j][i] + q.upper()[i][j];
+                        p[a * S + i][b * S + j] = rows[j][i] + step.noise(i, j);
                     }
                 }
             }
         }
+    }
+}
+
+/// Predicts mean and covariance of the first `A` blocks of `S` states.
+#[cfg(small)]
+#[inline(never)]
+pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, g: &mut Gaussian<T, NX>) {
+    propagate_all(&|v| propagate_state::<T, B, NX, A, S>(step, v), &mut g.mean.data.0[0], g.cov.upper_mut());
+    add_noise::<T, B, NX, A, S>(step, g.cov.upper_mut());
+}
+
+/// Predicts the covariance alone, where the mean moves by other equations.
+#[cfg(small)]
+#[inline(never)]
+pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(
+    step: &B,
+    cov: &mut Symmetric<T, NX>,
+) {
+    let mut no_mean = cov.upper()[0];
+    propagate_all(&|v| propagate_state::<T, B, NX, A, S>(step, v), &mut no_mean, cov.upper_mut());
+    add_noise::<T, B, NX, A, S>(step, cov.upper_mut());
+}
+
+/// P ← P + Q
+#[cfg(small)]
+#[inline(always)]
+fn add_noise<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, p: &mut [[T; NX]; NX]) {
+    for a in 0..A {
+        for i in 0..S {
+            for j in i..S {
+                p[a * S + i][a * S + j] += step.noise(i, j);
+            }
+        }
+    }
+}
+
+/// x ← F x for one vector.
+#[cfg(small)]
+#[inline(always)]
+fn propagate_state<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, x: &mut [T; NX]) {
+    const { assert!(A * S <= NX, "the state is too short for these blocks") }
+    for a in 0..A {
+        let mut v = [[T::ZERO]; S];
+        for i in 0..S {
+            v[i][0] = x[a * S + i];
+        }
+        step.propagate(&mut v);
+        for i in 0..S {
+            x[a * S + i] = v[i][0];
+        }
+    }
+}
+
+/// x ← F x, and P ← F P F': first the columns of P, then its rows. One copy for all models.
+#[cfg(small)]
+#[inline(never)]
+fn propagate_all<T: Real, const NX: usize>(propagate: &dyn Fn(&mut [T; NX]), x: &mut [T; NX], p: &mut [[T; NX]; NX]) {
+    propagate(x);
+    for j in 0..NX {
+        let mut column = p[j];
+        for i in 0..j {
+            column[i] = p[i][j];
+        }
+        propagate(&mut column);
+        for i in 0..NX {
+            p[i][j] = column[i];
+        }
+    }
+    for row in p {
+        propagate(row);
     }
 }
 
@@ -147,6 +219,5 @@ pub fn transition<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, 
 
 /// Q, block diagonal.
 pub fn process_noise<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B) -> Symmetric<T, NX> {
-    let q = step.noise();
-    Symmetric::from_fn(|i, j| if i < A * S && i / S == j / S { q.at(i % S, j % S) } else { T::ZERO })
+    Symmetric::from_fn(|i, j| if i < A * S && i / S == j / S { step.noise(i % S, j % S) } else { T::ZERO })
 }

@@ -90,19 +90,13 @@ impl<T: Real, const S: usize> BlockStep<T, S> for VelocityStep<T> {
     fn propagate<const L: usize>(&self, v: &mut [[T; L]; S]) {
         let moved = block::scaled(&v[1], self.dt);
         block::add(&mut v[0], &moved);
-        for unused in v.iter_mut().skip(2) {
-            *unused = [T::ZERO; L];
+        for i in 2..S {
+            v[i] = [T::ZERO; L];
         }
     }
     #[inline(always)]
-    fn noise(&self) -> Symmetric<T, S> {
-        let [position, cross, velocity] = self.noise;
-        Symmetric::from_fn(|i, j| match (i, j) {
-            (0, 0) => position,
-            (0, 1) => cross,
-            (1, 1) => velocity,
-            _ => T::ZERO,
-        })
+    fn noise(&self, i: usize, j: usize) -> T {
+        if j < 2 { self.noise[i + j] } else { T::ZERO }
     }
 }
 
@@ -206,8 +200,8 @@ impl<T: Real> BlockStep<T, 3> for AccelerationStep<T> {
         *a = block::scaled(a, to_a);
     }
     #[inline(always)]
-    fn noise(&self) -> Symmetric<T, 3> {
-        self.noise
+    fn noise(&self, i: usize, j: usize) -> T {
+        self.noise.at(i, j)
     }
 }
 

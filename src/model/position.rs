@@ -10,7 +10,7 @@ use crate::gaussian::{Gaussian, Innovation};
 use crate::scalar::Real;
 use crate::symmetric::Symmetric;
 use crate::time::Duration;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Position in `NZ` axes of states with `STRIDE` entries each.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,12 @@ impl<T: Real, const NX: usize, const NZ: usize, const STRIDE: usize> Measurement
     #[inline(always)]
     fn innovation(&self, g: &Gaussian<T, NX>) -> Innovation<T, NX, NZ> {
         const { assert!((NZ - 1) * STRIDE < NX, "the state is too short for this sensor") }
-        let cross = SMatrix::from_fn(|i, k| g.cov.at(i, k * STRIDE));
+        let mut cross = SMatrix::from_array_storage(ArrayStorage([g.cov.line(0); NZ]));
+        each!(k in NZ {
+            if k > 0 {
+                cross.data.0[k] = g.cov.line(k * STRIDE);
+            }
+        });
         let spread = Symmetric::from_fn(|k, l| g.cov.at(k * STRIDE, l * STRIDE));
         Innovation::new(self.observe(&g.mean), cross, spread, &self.noise)
     }

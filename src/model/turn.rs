@@ -150,16 +150,14 @@ impl<T: Real, const S: usize> BlockStep<T, S> for TurnStep<T, S> {
         }
     }
     #[inline(always)]
-    fn noise(&self) -> Symmetric<T, S> {
-        Symmetric::from_fn(|i, j| {
-            if S % 2 == 1 && j == S - 1 {
-                if i == j { self.rate_noise } else { T::ZERO }
-            } else if i / 2 == j / 2 {
-                self.noise[i % 2 + j % 2]
-            } else {
-                T::ZERO
-            }
-        })
+    fn noise(&self, i: usize, j: usize) -> T {
+        if S % 2 == 1 && j == S - 1 {
+            if i == j { self.rate_noise } else { T::ZERO }
+        } else if i / 2 == j / 2 {
+            self.noise[i % 2 + j % 2]
+        } else {
+            T::ZERO
+        }
     }
 }
 

@@ -12,6 +12,7 @@
 //! The coefficients are our own fits; every function is held to its error by the tests of this file.
 
 use super::{Real, sealed, square_root};
+use core::hint::cold_path;
 
 /// The bits of √½ in single precision.
 const ROOT_HALF: u32 = 0x3f35_04f3;
@@ -53,10 +54,9 @@ impl sealed::Math for f32 {
             let p = (core::f32::consts::LN_2 * f + 1.0) + z * (high * z + low);
             // k into the exponent.
             f32::from_bits(p.to_bits().wrapping_add(shifted.to_bits() << 23))
-        } else if self < 0.0 {
-            0.0
         } else {
-            self * f32::INFINITY
+            cold_path();
+            if self < 0.0 { 0.0 } else { self * f32::INFINITY }
         }
     }
     #[inline(always)]
@@ -82,14 +82,6 @@ impl sealed::Math for f32 {
     #[inline(always)]
     fn sqrt(self) -> f32 {
         square_root::sqrt(self)
-    }
-    #[inline(always)]
-    fn inverse_sqrt(self) -> f32 {
-        // Halving the bits halves the exponent; two steps of Newton follow, with constants that level their errors
-        // (C. Moroz et al., *Computation* 9(2), 2021).
-        let y = f32::from_bits(0x5f1f_fff9_u32.wrapping_sub(self.to_bits() >> 1));
-        let y = y * (0.703_952_25 * (2.389_244_6 - (self * y) * y));
-        y * (1.500_000_4 - (0.5 * self * y) * y)
     }
     #[inline(always)]
     fn invertible(self) -> bool {
@@ -173,7 +165,7 @@ impl Real for f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{atan2, exp, exp2, inverse_sqrt, ln, sin_cos};
+    use super::super::{atan2, exp, exp2, ln, sin_cos};
 
     #[test]
     fn single_precision_exp_is_good_to_a_few_units_in_the_last_place() {
@@ -200,16 +192,6 @@ mod tests {
         assert!(worst < 2.5e-7, "{worst:e}");
         assert_eq!((exp2(0.0f32), exp2(-3.0f32), exp2(-126.0f32), exp2(126.0f32)), (1.0, 0.125, 0.0, f32::INFINITY));
         assert!(exp2(f32::NAN).is_nan() && exp2(f32::NEG_INFINITY) == 0.0);
-    }
-
-    #[test]
-    fn single_precision_inverse_square_roots() {
-        let mut worst = 0.0f64;
-        for bits in (f32::MIN_POSITIVE.to_bits()..f32::MAX.to_bits()).step_by(997) {
-            let x = f32::from_bits(bits);
-            worst = worst.max((f64::from(inverse_sqrt(x)) * libm::sqrt(f64::from(x)) - 1.0).abs());
-        }
-        assert!(worst < 6e-7, "{worst:e}");
     }
 
     #[test]

@@ -20,9 +20,9 @@ pub mod data;
 
 use boresight::association::{AssociationMatrix, ClutterPrior, Domain, Gate};
 use boresight::error::ConfigError;
-use boresight::evidence::{Evidence, innovations};
+use boresight::evidence::{Evidence, Innovations, no_innovations, predict_measurements};
 use boresight::gaussian::Gaussian;
-use boresight::mode::{JumpMatrix, ModeBank, ModeSet};
+use boresight::mode::{ActiveSet, JumpMatrix, ModeBank, ModeSet};
 use boresight::model::motion::{ConstantAcceleration, ConstantVelocity, ProcessNoise, VelocityStep};
 use boresight::model::position::Position;
 use boresight::model::turn::KnownTurn;
@@ -34,6 +34,8 @@ use nalgebra::SVector;
 
 /// Plots a scan
 pub const PLOTS: usize = 4;
+/// Detections that a gate has room for
+pub const ROOM: usize = 16;
 /// Tracks of the joint association
 pub const TRACKS: usize = 4;
 /// Detections of the joint association
@@ -124,7 +126,8 @@ impl<const NX: usize, const MODES: usize> Bank<NX, MODES> {
 #[derive(Clone, Debug)]
 pub struct Track<const NX: usize, const MODES: usize> {
     bank: ModeBank<f32, NX, MODES>,
-    evidence: Evidence<f32, PLOTS>,
+    innovations: Innovations<f32, NX, 2, MODES>,
+    evidence: Evidence<f32, ROOM>,
     combined: Gaussian<f32, NX>,
 }
 
@@ -138,7 +141,7 @@ impl<const NX: usize, const MODES: usize> Track<NX, MODES> {
     /// All zero bits.
     #[must_use]
     pub const fn new() -> Self {
-        Self { bank: ModeBank::ZERO, evidence: Evidence::new(), combined: Gaussian::ZERO }
+        Self { bank: ModeBank::ZERO, innovations: no_innovations(), evidence: Evidence::new(), combined: Gaussian::ZERO }
     }
 
     /// Puts the track where the scans find it.
@@ -197,14 +200,14 @@ impl<M: ModeSet<f32, NX, MODES>, const NX: usize, const STRIDE: usize, const MOD
     /// One scan of one track.
     #[inline(always)]
     pub fn step(&self, track: &mut Track<NX, MODES>, plots: &[Detection<f32, 2>], candidates: Candidates<'_>) {
-        let Track { bank, evidence, combined } = track;
+        let Track { bank, innovations, evidence, combined } = track;
         let model = &self.sensor.model;
         bank.interact(&self.jump);
         bank.advance(&self.modes, &self.steps);
-        let predicted = innovations(bank, model);
-        evidence.gate(bank, &predicted, &self.sensor, plots, candidates);
-        evidence.pda(bank, &predicted, &self.sensor, plots, 1.0);
-        *combined = bank.combined();
+        predict_measurements(innovations, bank, ActiveSet::first(MODES), model);
+        evidence.gate(bank, innovations, &self.sensor, plots, candidates);
+        evidence.pda(bank, innovations, &self.sensor, plots, 1.0);
+        bank.combine(combined);
     }
 }
 
