@@ -5,12 +5,14 @@
 //! cost     of a block is added when it is left: only then is known whether its jump was taken
 //! call     from the block at a counted function's entry until the block at the address where its caller goes on
 //! stack    the stack pointer at the entry is where the first push of the call ends; the depth goes down to the lowest store
+//! code     where the blocks begin that calls of a function ran
 //! ```
 //!
 //! The addresses that callers go on at are kept for all calls, counted or not, so that a function that ends by jumping into
 //! another ends where it should.
 
 use crate::instruction::Instruction;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// Stores further below the entry's stack pointer than this are none to a stack.
@@ -69,6 +71,8 @@ pub struct Call {
     before: Option<Instruction>,
     /// The block that runs
     block: usize,
+    /// Where the blocks begin that ran
+    code: BTreeSet<u32>,
 }
 
 impl fmt::Display for Call {
@@ -87,6 +91,8 @@ pub struct Counter {
     returns: Vec<u32>,
     running: Option<Call>,
     done: Vec<Call>,
+    /// Of every function
+    code: BTreeMap<String, BTreeSet<u32>>,
 }
 
 impl Counter {
@@ -103,12 +109,13 @@ impl Counter {
 
     /// The block `number` begins to run.
     pub fn run(&mut self, number: usize) {
-        let Self { functions, blocks, returns, running, done } = self;
+        let Self { functions, blocks, returns, running, done, code } = self;
         let Some(block) = blocks.get(number) else { return };
         if returns.last() == Some(&block.start) {
             returns.pop();
             if let Some(mut call) = running.take_if(|call| returns.len() < call.depth) {
                 call.leave(blocks, true);
+                code.entry(call.name.clone()).or_default().append(&mut call.code);
                 done.push(call);
             }
         }
@@ -119,7 +126,11 @@ impl Counter {
         } else if let Some(function) = functions.iter().find(|f| f.address == block.start) {
             let name = function.name.clone();
             let (depth, before, block) = (returns.len(), None, number);
-            *running = Some(Call { name, instructions: 0, cycles: 0, top: None, lowest: 0, depth, before, block });
+            let code = BTreeSet::new();
+            *running = Some(Call { name, instructions: 0, cycles: 0, top: None, lowest: 0, depth, before, block, code });
+        }
+        if let Some(call) = running {
+            call.code.insert(block.start);
         }
         if block.last.calls {
             returns.push(block.end);
@@ -139,6 +150,11 @@ impl Counter {
     /// The calls that have ended.
     pub fn calls(&self) -> &[Call] {
         &self.done
+    }
+
+    /// Where the blocks begin that these calls ran, by function.
+    pub fn code(&self) -> &BTreeMap<String, BTreeSet<u32>> {
+        &self.code
     }
 }
 
@@ -195,6 +211,7 @@ mod tests {
                 counter.run(3);
                 counter.run(1);
             }
+            assert!(counter.code()["f"].iter().eq(&[0x200, 0x206, 0x300]));
             counter.calls().iter().map(ToString::to_string).collect::<Vec<_>>()
         });
         // 2 + 3 of push and bl, 1 + 3 of mov and bx, 1 + 4 of mov and pop; stack from 0x1000 down to 0xff0.

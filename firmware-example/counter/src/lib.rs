@@ -7,10 +7,12 @@
 //! ```
 //!
 //! Loaded by `qemu-system-arm -plugin libcounter.so,out=FILE,call=NAME:ADDRESS,...` with the address of every function to be
-//! counted. The file then holds one line a call, in the order of their ends:
+//! counted. The file then holds one line a call, in the order of their ends, and one a function with the addresses where the
+//! blocks of instructions begin that its calls ran:
 //!
 //! ```text
 //! NAME instructions cycles stack
+//! NAME code ADDRESS ...
 //! ```
 //!
 //! A call lasts from the function's first instruction until its caller resumes; what it calls is included. Calls within a

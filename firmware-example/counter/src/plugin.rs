@@ -168,6 +168,13 @@ extern "C" fn ended(_: PluginId, _: *mut c_void) {
     for call in counter.calls() {
         let _ = writeln!(text, "{call}");
     }
+    for (name, starts) in counter.code() {
+        let _ = write!(text, "{name} code");
+        for start in starts {
+            let _ = write!(text, " {start:#x}");
+        }
+        text.push('\n');
+    }
     let outcome = failure.map_or_else(|| fs::write(&out, text).map_err(|error| format!("{}: {error}", out.display())), Err);
     if let Err(reason) = outcome {
         eprintln!("counter: {reason}");

@@ -31,6 +31,24 @@ pub struct Call {
 
 /// Runs `image` and counts every call of `functions`, in the order of their ends.
 pub fn run(counter: &Path, image: &Image, board: Board, functions: &[&str]) -> Result<Vec<Call>, Failure> {
+    let counts = count(counter, image, board, functions)?;
+    let calls: Option<Vec<Call>> = counts.lines().filter(|line| starts(line).is_none()).map(read).collect();
+    calls.filter(|calls| !calls.is_empty()).ok_or_else(|| Failure::input("nothing was counted"))
+}
+
+/// Bytes of all functions that the calls of each of `functions` ran.
+pub fn code(counter: &Path, image: &Image, functions: &[&str]) -> Result<Vec<u64>, Failure> {
+    let counts = count(counter, image, Board::CortexM4, functions)?;
+    let bytes = |function: &&str| {
+        let (_, starts) = counts.lines().filter_map(starts).find(|(name, _)| name == function)?;
+        let starts: Option<Vec<u64>> = starts.split(' ').map(|start| u64::from_str_radix(start.strip_prefix("0x")?, 16).ok()).collect();
+        image.functions(&starts?).ok()
+    };
+    functions.iter().map(|f| bytes(f).ok_or_else(|| Failure::input(format!("{f} has not been called")))).collect()
+}
+
+/// What the plugin writes.
+fn count(counter: &Path, image: &Image, board: Board, functions: &[&str]) -> Result<String, Failure> {
     let counts = tempfile::NamedTempFile::new().map_err(Failure::input)?;
     let mut plugin = format!("{},out={}", counter.display(), counts.path().display());
     for function in functions {
@@ -49,8 +67,7 @@ pub fn run(counter: &Path, image: &Image, board: Board, functions: &[&str]) -> R
         _ => Failure::input(format!("cannot start {QEMU}: {error}")),
     })?)?;
     let text = output::read_text(counts.path())?;
-    let calls: Option<Vec<Call>> = text.lines().map(read).collect();
-    calls.filter(|calls| !calls.is_empty()).ok_or_else(|| Failure::input(format!("nothing was counted {complaint}")))
+    if text.is_empty() { Err(Failure::input(format!("nothing was counted {complaint}"))) } else { Ok(text) }
 }
 
 /// Waits for the emulator, whose status is the image's; what it has said on standard error.
@@ -70,6 +87,11 @@ fn finish(mut child: Child) -> Result<String, Failure> {
         Some(_) => Err(Failure::check(format!("the image failed its own check {complaint}"))),
         None => Err(Failure::check(format!("the image did not end within {} s", PATIENCE.as_secs()))),
     }
+}
+
+/// `NAME code ADDRESS ...`: the name and the addresses.
+fn starts(line: &str) -> Option<(&str, &str)> {
+    line.split_once(" code ")
 }
 
 /// `NAME instructions cycles stack`

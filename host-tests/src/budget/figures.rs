@@ -1,5 +1,6 @@
 //! The figures of the budget, and their growth.
 
+use super::code::Code;
 use super::configuration::Sizes;
 use super::count::Call;
 use super::coupled::Coupled;
@@ -104,6 +105,8 @@ pub struct Record {
     /// Of trackers of many modes
     pub runs: IndexMap<String, Runs>,
     pub kernels: IndexMap<String, Kernel>,
+    /// Of steps
+    pub code: IndexMap<String, Code>,
     pub pieces: IndexMap<String, Kernel>,
     pub fusion: Fusion,
     pub coupled: Coupled,
@@ -172,8 +175,9 @@ impl Record {
             within(name, vec![("modes a thousand tracks".to_owned(), 1000 * modes / tracks.max(&1))])
         });
         let fusion = [("fusion, ram".to_owned(), self.fusion.ram), ("fusion, flash".to_owned(), self.fusion.flash)];
+        let code = self.code.iter().flat_map(|(name, code)| within(name, code.list()));
         let labelled = self.labelled.iter().flat_map(|(name, form)| within(name, form.list()));
-        trackers.chain(fusion).chain(self.coupled.list()).chain(labelled).chain(runs).chain(kernels).chain(sizes).collect()
+        trackers.chain(fusion).chain(self.coupled.list()).chain(labelled).chain(runs).chain(kernels).chain(code).chain(sizes).collect()
     }
 }
 

@@ -1,13 +1,18 @@
 //! Images: built by cargo, read as ELF files.
 
 use crate::Failure;
-use object::{Object, ObjectSection, ObjectSymbol};
+use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 const FIRMWARE: &str = "firmware-example";
-const BUILT: &str = "target/thumbv7em-none-eabihf/release";
+const BUILT: &str = "target/thumbv7em-none-eabihf";
+/// What cargo compiles images by: for speed, and for size.
+pub const RELEASE: &str = "release";
+/// See [`RELEASE`].
+pub const SMALL: &str = "small";
 
 /// An image: a copy of its own, which later builds leave alone.
 #[derive(Debug)]
@@ -17,9 +22,14 @@ pub struct Image {
 }
 
 impl Image {
-    /// The image `name`, as built last.
+    /// The image `name`, as built last for speed.
     pub fn open(root: &Path, name: &str) -> Result<Self, Failure> {
-        let built = root.join(FIRMWARE).join(BUILT).join(name);
+        Self::of_profile(root, RELEASE, name)
+    }
+
+    /// The image `name`, as built last by `profile`.
+    pub fn of_profile(root: &Path, profile: &str, name: &str) -> Result<Self, Failure> {
+        let built = root.join(FIRMWARE).join(BUILT).join(profile).join(name);
         let content = std::fs::read(&built).map_err(|error| Failure::input(error).in_file(&built))?;
         let mut file = tempfile::NamedTempFile::new().map_err(Failure::input)?;
         file.write_all(&content).map_err(|error| Failure::input(error).in_file(file.path()))?;
@@ -44,6 +54,15 @@ impl Image {
         Ok([".text", ".rodata"].iter().filter_map(|name| elf.section_by_name(name)).map(|section| section.size()).sum())
     }
 
+    /// Bytes of the functions that have code at one of `addresses`.
+    pub fn functions(&self, addresses: &[u64]) -> Result<u64, Failure> {
+        let elf = self.elf()?;
+        let texts = elf.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0);
+        let sizes: BTreeMap<u64, u64> = texts.map(|symbol| (symbol.address() & !1, symbol.size())).collect();
+        let reached = addresses.iter().filter_map(|address| sizes.range(..=address).next_back());
+        Ok(reached.collect::<BTreeMap<_, _>>().into_values().sum())
+    }
+
     /// The bytes of the constant `name`.
     pub fn data(&self, name: &str) -> Result<Vec<u8>, Failure> {
         let elf = self.elf()?;
@@ -62,9 +81,9 @@ fn symbol<'a>(elf: &'a object::File<'a>, name: &str) -> Result<object::Symbol<'a
     elf.symbol_by_name(name).ok_or_else(|| Failure::input(format!("the image has no {name}")))
 }
 
-/// Builds images of the firmware example, with `variables` in the environment.
-pub fn build(root: &Path, names: &[&str], variables: &[(&str, String)]) -> Result<(), Failure> {
-    let mut cargo = cargo(&root.join(FIRMWARE));
+/// Builds images of the firmware example by `profile`, with `variables` in the environment.
+pub fn build(root: &Path, profile: &str, names: &[&str], variables: &[(&str, String)]) -> Result<(), Failure> {
+    let mut cargo = cargo(&root.join(FIRMWARE), profile);
     cargo.envs(variables.iter().map(|(name, value)| (name, value)));
     finish(cargo.args(names.iter().flat_map(|name| ["--bin", name])))
 }
@@ -72,7 +91,7 @@ pub fn build(root: &Path, names: &[&str], variables: &[(&str, String)]) -> Resul
 /// Builds the plugin that counts; where it is.
 pub fn build_counter(root: &Path) -> Result<PathBuf, Failure> {
     // From the root, where no configuration names the microcontroller as the target.
-    finish(cargo(root).args(["--manifest-path", "firmware-example/counter/Cargo.toml"]))?;
+    finish(cargo(root, RELEASE).args(["--manifest-path", "firmware-example/counter/Cargo.toml"]))?;
     let built = root.join(FIRMWARE).join("counter/target/release/libcounter.so");
     std::path::absolute(&built).map_err(|error| Failure::input(error).in_file(&built))
 }
@@ -84,13 +103,13 @@ pub fn compiler(root: &Path) -> Result<String, Failure> {
     Ok(String::from_utf8_lossy(&said.stdout).trim().to_owned())
 }
 
-/// `cargo build --release` in a directory, into the default place and with the flags of that place.
-fn cargo(directory: &Path) -> Command {
+/// `cargo build` by a profile in a directory, into the default place and with the flags of that place.
+fn cargo(directory: &Path, profile: &str) -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     for variable in ["CARGO_TARGET_DIR", "CARGO_BUILD_TARGET", "RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS"] {
         cargo.env_remove(variable);
     }
-    cargo.current_dir(directory).args(["build", "--release", "--quiet"]);
+    cargo.current_dir(directory).args(["build", "--profile", profile, "--quiet"]);
     cargo
 }
 

@@ -3,6 +3,7 @@
 //! ```text
 //! build     the images of firmware-example, one per tracker, by cargo                         image.rs
 //! count     run each in QEMU with the plugin of firmware-example/counter                      count.rs
+//! code      the bytes of a step, built for speed and for size                                 code.rs
 //! modes     how many ran of those that may, where a tracker chooses                            likely.rs
 //! bound     the operation-count formula of each tracker, for its const parameters             bound.rs
 //! publish   a table between two marks of firmware-example/README.md, and the same figures
@@ -14,6 +15,7 @@
 //! Every image runs on a Cortex-M4 and on a Cortex-M7, and must execute the same instructions on both, call by call.
 
 pub mod bound;
+mod code;
 mod configuration;
 mod count;
 mod coupled;
@@ -28,7 +30,7 @@ use configuration::{FUSION, KERNELS, PIECES, Tracker, trackers};
 use count::{Board, Call};
 use coupled::Coupled;
 use figures::{Figures, Fusion, Kernel, Load, Record};
-use image::Image;
+use image::{Image, RELEASE};
 use indexmap::IndexMap;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
@@ -80,13 +82,14 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
     let bar = progress(trackers.len() as u64 + 2);
     bar.set_message("the counter and the common images");
     let counter = image::build_counter(root)?;
-    image::build(root, &["budget", "coupled", "empty", "fusion", "glmb", "kernels", "memory", "unfused"], &[])?;
+    image::build(root, RELEASE, &["budget", "coupled", "empty", "fusion", "glmb", "kernels", "memory", "unfused"], &[])?;
     bar.inc(1);
 
     let memory = Image::open(root, "memory")?;
     let mut record = Record { compiler: image::compiler(root)?, sizes: configuration::sizes(&memory)?, ..Record::default() };
     if with_kernels {
         record.kernels = measure_kernels(&counter, &Image::open(root, "budget")?, &KERNELS)?;
+        record.code = code::measure(root, &counter)?;
         record.pieces = measure_kernels(&counter, &Image::open(root, "kernels")?, &PIECES)?;
         let coupled = Image::open(root, "coupled")?;
         let calls = on_both_boards(&counter, &coupled, &coupled::functions())?;
@@ -106,7 +109,7 @@ fn measure(root: &Path, trackers: &[Tracker], with_kernels: bool) -> Result<Reco
         for (tracker, counted) in trackers.iter().zip(&counted) {
             bar.set_message(tracker.name());
             let ram = record.sizes.ram(tracker)?;
-            image::build(root, &["tracker"], &[("BORESIGHT_TRACKER", tracker.name()), ("BORESIGHT_MOST_RAM", ram.to_string())])?;
+            image::build(root, RELEASE, &["tracker"], &[("BORESIGHT_TRACKER", tracker.name()), ("BORESIGHT_MOST_RAM", ram.to_string())])?;
             let image = Image::open(root, "tracker")?;
             let (counter, bar) = (&counter, &bar);
             scope.spawn(move |_| {

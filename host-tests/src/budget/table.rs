@@ -1,9 +1,9 @@
 //! The table that people read.
 
-use super::bound;
 use super::configuration::{DETECTIONS, PIECES, ROOMS, Sizes, TRACKS, trackers};
 use super::figures::{Figures, Fusion, Kernel, Record};
 use super::labelled;
+use super::{bound, code};
 use crate::{Failure, output};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -74,6 +74,8 @@ pub fn render(record: &Record) -> Result<String, Failure> {
     record.coupled.render(&mut text)?;
     labelled::render(&mut text, &record.labelled);
     kernels(&mut text, record);
+    code::render(&mut text, &record.code);
+    pieces(&mut text, record);
     Ok(text)
 }
 
@@ -196,6 +198,12 @@ fn kernels(text: &mut String, record: &Record) {
         let (share, goal) = (format!("{:.3}", ours / eigen), format!("{goal:.2}"));
         let [instructions, cycles, stack] = [kernel.instructions, kernel.cycles, kernel.stack].map(|n| n.to_string());
         row(text, [name.to_owned(), instructions, cycles, stack, times(eigen), times(nalgebra), times(cmsis), share, goal]);
+    }
+}
+
+fn pieces(text: &mut String, record: &Record) {
+    if record.pieces.is_empty() {
+        return;
     }
     text.push_str("\n### Pieces\n\n| piece | instructions | cycles | stack |\n|---|--:|--:|--:|\n");
     for (name, piece) in PIECES.iter().filter_map(|name| Some((name, record.pieces.get(*name)?))) {
