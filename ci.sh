@@ -177,6 +177,8 @@ step_thumb() {
 step_qemu() {
     local image
     for image in "${images[@]}"; do in_firmware cargo run --release --bin "$image"; done
+    # Compiled for size, the same bits.
+    in_firmware cargo run --profile small --bin selftest
     # What the target has recorded, the desk must do again to the same bits.
     mkdir -p target
     in_firmware cargo run --release --bin record >target/record.log
