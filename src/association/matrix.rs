@@ -127,7 +127,7 @@ pub struct Completeness {
     pub infeasible: u16,
     /// The largest error bound of a bounded cluster, rounding included; 0 if there is none
     pub error_bound: f32,
-    /// Pairs of tracks that count as resolved because their cluster has too many
+    /// Pairs of tracks that count as resolved because their cluster has too many, or because the weights are logarithms
     pub pairs_refused: u16,
 }
 

@@ -12,6 +12,7 @@
 //! Any exact association gives the ratios of such sums by what it says of "none". So the sets S are walked through, one pair joining
 //! or leaving at a time (a Gray code), with two associations a step; clusters that share nothing walk at the same time (`subsets.rs`).
 //! A cluster may have up to four pairs, so that the walk has an end in time; of more, the last count as resolved, and are reported.
+//! So do all pairs beside weights that are logarithms: the walk puts g in the place of rows, and g is a weight as it is.
 
 use super::jpda::{Jpda, JpdaMemory};
 use super::matrix::{AssociationMatrix, Associator, Completeness, Domain};
@@ -67,7 +68,7 @@ pub type UnresolvedPairs<T, const DETS: usize> = heapless::VecView<UnresolvedPai
 /// them, which is not defined for one that two tracks share. With this association it does what it does with [`Jpda`].
 ///
 /// Exact wherever [`Jpda`] is. So are the probabilities of several pairs in a cluster: of up to four, the others stay resolved and
-/// are counted, too.
+/// are counted, too. Weights that are [logarithms](Domain::Logarithmic) have no pairs: all stay resolved, and are counted.
 ///
 /// Memory: two matrices more than `Jpda`, and 2 DETS + 5 scalars a pair. Cost: 3, 7, 15 or 31 associations where the most pairs that
 /// any cluster has are 1, 2, 3 or 4; all but the first leave clusters without pairs alone.
@@ -120,8 +121,9 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize, const 
     fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
         let MergingMemory { jpda, pairs, weights, other } = memory;
         if pairs.is_empty() || matrix.domain == Domain::Logarithmic {
+            let pairs_refused = pairs.len() as u16;
             pairs.clear();
-            return self.0.associate(matrix, jpda);
+            return Completeness { pairs_refused, ..self.0.associate(matrix, jpda) };
         }
         for pair in pairs.iter_mut() {
             pair.weight.miss = larger(pair.weight.miss, T::lit(LEAST_MISS) * (T::ONE - pair.resolved));
@@ -156,5 +158,48 @@ impl<T: Real, const TRACKS: usize, const DETS: usize, const NODES: usize, const 
             }
         }
         completeness
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::association::ClutterPrior;
+    use crate::scalar::ln;
+
+    const TRACKS: usize = 4;
+    const DETS: usize = 2;
+    type Merging = MergingJpda<64, 2>;
+
+    /// Four tracks which share two detections, and their number of pairs, by weights of `domain`.
+    fn associate(pairs: usize, domain: Domain) -> (AssociationMatrix<f64, TRACKS, DETS>, Completeness) {
+        let weight = |w: f64| if domain == Domain::Linear { w } else { ln(w) };
+        let mut matrix = AssociationMatrix::new();
+        matrix.reset(DETS, ClutterPrior::Poisson, domain);
+        for (miss, hit) in matrix.miss.iter_mut().zip(&mut matrix.hit) {
+            (*miss, *hit) = (weight(0.2), [weight(2.0), weight(3.0)]);
+        }
+        let mut memory = <Merging as Associator<f64, TRACKS, DETS>>::MEMORY;
+        for rows in [[0, 1], [2, 3]].into_iter().take(pairs) {
+            memory.pairs.push(UnresolvedPair::new(rows, 0.5, 0.2, [2.0, 3.0])).unwrap();
+        }
+        let completeness = Merging::new(Jpda::new()).associate(&mut matrix, &mut memory);
+        let left = if domain == Domain::Linear { pairs } else { 0 };
+        assert_eq!(memory.pairs.len(), left);
+        (matrix, completeness)
+    }
+
+    #[test]
+    fn pairs_beside_logarithms_count_as_resolved_and_are_told() {
+        let (resolved, all) = associate(0, Domain::Logarithmic);
+        assert!(all.is_exact(), "{all:?}");
+        for pairs in [1, 2] {
+            let (got, completeness) = associate(pairs, Domain::Logarithmic);
+            assert_eq!(completeness, Completeness { pairs_refused: pairs as u16, ..all });
+            assert!(!completeness.is_exact());
+            assert_eq!((got.miss, got.hit), (resolved.miss, resolved.hit));
+            // As they are, the same weights have their pairs.
+            assert_eq!(associate(pairs, Domain::Linear).1.pairs_refused, 0);
+        }
     }
 }
