@@ -5,7 +5,13 @@
 //! x = x_o + Σ_i w_i d_i,   P = Σ_i w_i N_i − (x − x_o)(x − x_o)',   Σ w_i = 1
 //! ```
 //!
-//! x_o is the mean of one of the modes. All terms have the size of the distances between modes: see [`ModeBank::interact`].
+//! The moments of a mixture: Bar-Shalom, Li and Kirubarajan, *Estimation with Applications to Tracking and Navigation*, 2001,
+//! section 1.4.16, there with the second moments about the origin. A covariance does not change with the place, so the same holds
+//! of d_i = x_i − x_o, the mean then being x − x_o.
+//!
+//! x_i and d_i are vectors of NX components in the units of the state, P_i and N_i NX × NX in products of two of them; w_i is a
+//! probability. x_o is the mean of one of the modes. All terms have the size of the distances between modes: see
+//! [`ModeBank::interact`].
 
 use super::{ActiveSet, ModeBank};
 use crate::gaussian::Gaussian;
@@ -13,21 +19,23 @@ use crate::scalar::Real;
 use nalgebra::SVector;
 
 /// Some modes of a [`ModeBank`] about one place, and their probabilities: what a scan mixes from.
+///
+/// `MODES` modes of `NX` components each, in the units of the state. Memory: a bank and NX scalars.
 #[derive(Clone, Copy, Debug)]
 pub struct Deviations<T, const NX: usize, const MODES: usize> {
-    /// μ
+    /// μ of every mode, held or not
     prob: [T; MODES],
-    /// x_o
+    /// x_o, the mean of the first mode that is held
     place: SVector<T, NX>,
-    /// d_i, N_i
+    /// d_i and N_i, as mean and covariance
     modes: [Gaussian<T, NX>; MODES],
 }
 
 impl<T: Real, const NX: usize, const MODES: usize> Deviations<T, NX, MODES> {
-    /// All zero bits: of no mode.
+    /// All zero bits: no mode is held.
     pub const ZERO: Self = Self { prob: [T::ZERO; MODES], place: Gaussian::<T, NX>::ZERO.mean, modes: [Gaussian::ZERO; MODES] };
 
-    /// Those of the modes `active` of `bank`; the others are held as zero.
+    /// Those of the modes `active` of `bank`; of the others d_i and N_i are zero. With none active all but the probabilities is zero.
     ///
     /// Cost: for every mode of `active` about 2 NX (NX + 1) / 2 operations.
     #[must_use]
@@ -50,14 +58,17 @@ impl<T: Real, const NX: usize, const MODES: usize> Deviations<T, NX, MODES> {
         }
     }
 
-    /// μ
+    /// μ, the probabilities of all `MODES` modes of the bank, as it had them.
     #[inline(always)]
     #[must_use]
     pub const fn prob(&self) -> &[T; MODES] {
         &self.prob
     }
 
-    /// The moment match of the modes with the weights `weight`, which sum to one and are zero in modes that are not held.
+    /// The moment match x, P of the modes with the weights `weight`, written to `mixed` in the units of the state. One w_i for every mode:
+    /// they sum to one and are zero in modes that are not held.
+    ///
+    /// Cost: for every weight above zero about 2 NX (NX + 1) / 2 operations, and as many once.
     #[inline(always)]
     pub fn mix(&self, weight: &[T; MODES], mixed: &mut Gaussian<T, NX>) {
         let (mut bar, mut cov) = ([T::ZERO; NX], [[T::ZERO; NX]; NX]);
@@ -97,7 +108,7 @@ impl<T: Real, const NX: usize, const MODES: usize> Deviations<T, NX, MODES> {
     }
 }
 
-/// d, N
+/// d and N of the mode `g`; of N the upper half is written.
 #[inline(always)]
 fn about<T: Real, const NX: usize>(place: &SVector<T, NX>, g: &Gaussian<T, NX>, about: &mut Gaussian<T, NX>) {
     let d: [T; NX] = core::array::from_fn(|k| g.mean.data.0[0][k] - place.data.0[0][k]);
