@@ -199,13 +199,13 @@ const _: () = {
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
-
     use super::*;
     use crate::gaussian::Gaussian;
     use nalgebra::SVector;
     use proptest::prelude::*;
-    use std::vec;
+
+    /// Most bytes behind a record, exclusive.
+    const BEHIND: usize = 20;
 
     #[test]
     fn a_record_has_the_layout_and_the_length_that_are_stated() {
@@ -261,16 +261,16 @@ mod tests {
         #[test]
         fn what_is_written_is_read_and_what_is_changed_is_refused(
             (micros, cost, report, tracks) in (any::<u64>(), any::<u32>(), report(), proptest::collection::vec(brief(), 0..=5)),
-            (at, bit, behind) in (any::<prop::sample::Index>(), 0u8..8, proptest::collection::vec(any::<u8>(), 0..20)),
+            (at, bit, behind) in (any::<prop::sample::Index>(), 0u8..8, proptest::collection::vec(any::<u8>(), 0..BEHIND)),
         ) {
             let record = Telemetry::<5> { time: Instant::from_micros(micros), cost, report, tracks: tracks.into_iter().collect() };
-            let mut bytes = vec![0; Telemetry::<5>::SIZE];
+            let mut bytes = [0; Telemetry::<5>::SIZE + BEHIND];
             let length = record.encode(&mut bytes).unwrap();
-            bytes.truncate(length);
-            bytes.extend_from_slice(&behind);
-            prop_assert_eq!(Telemetry::<5>::decode(&bytes), Ok((record, behind.as_slice())));
+            let bytes = &mut bytes[..length + behind.len()];
+            bytes[length..].copy_from_slice(&behind);
+            prop_assert_eq!(Telemetry::<5>::decode(bytes), Ok((record, behind.as_slice())));
             bytes[at.index(length)] ^= 1 << bit;
-            prop_assert!(Telemetry::<5>::decode(&bytes).is_err());
+            prop_assert!(Telemetry::<5>::decode(bytes).is_err());
         }
 
         #[test]
