@@ -49,6 +49,8 @@ pub struct Lesson {
     pub shown: Shown,
     /// Whether the first run is drawn on a map
     pub map: bool,
+    /// Whether the NEES of the tracks has a picture of its own
+    pub nees: bool,
     /// Three of them
     pub settings: [Setting; 3],
     /// What the guide says of their figures
@@ -60,37 +62,24 @@ fn order(figures: &[Figures], of: impl Fn(&Figures) -> f64) -> [f64; 3] {
     std::array::from_fn(|number| figures.get(number).map_or(f64::NAN, &of))
 }
 
-const NOISE: [Setting; 3] = [
-    Setting { label: "0.1 (m/s²)²", noise: Some(0.1), ..RIGHT },
-    Setting { label: "**10 (m/s²)²**", noise: Some(10.0), ..RIGHT },
-    Setting { label: "300 (m/s²)²", noise: Some(300.0), ..RIGHT },
-];
-
 /// All lessons, in the order of the guide.
-pub const LESSONS: [Lesson; 7] = [
+pub const LESSONS: [Lesson; 6] = [
     Lesson {
         name: "noise",
         title: "One model, three process noises",
         told: "process noise Q",
         shown: Shown::Error,
         map: true,
-        settings: NOISE,
+        nees: true,
+        settings: [
+            Setting { label: "0.1 (m/s²)²", noise: Some(0.1), ..RIGHT },
+            Setting { label: "**10 (m/s²)²**", noise: Some(10.0), ..RIGHT },
+            Setting { label: "300 (m/s²)²", noise: Some(300.0), ..RIGHT },
+        ],
         holds: |figures| {
-            let [small, right, large] = order(figures, |f| f.without);
-            let error = order(figures, |f| f.quiet);
-            small > 2.0 * right && large > 2.0 * right && error[2] > 2.0 * error[1]
-        },
-    },
-    Lesson {
-        name: "nees",
-        title: "Is the covariance honest? NEES of the same three",
-        told: "process noise Q",
-        shown: Shown::Nees,
-        map: false,
-        settings: NOISE,
-        holds: |figures| {
-            let [small, right, large] = order(figures, |f| f.nees);
-            small > 1.5 * right && large < 0.7 * right
+            let (without, error, nees) = (order(figures, |f| f.without), order(figures, |f| f.quiet), order(figures, |f| f.nees));
+            let lost = without[0] > 2.0 * without[1] && without[2] > 2.0 * without[1] && error[2] > 2.0 * error[1];
+            lost && nees[0] > 1.5 * nees[1] && nees[2] < 0.7 * nees[1]
         },
     },
     Lesson {
@@ -99,6 +88,7 @@ pub const LESSONS: [Lesson; 7] = [
         told: "probability to stay in a mode",
         shown: Shown::Error,
         map: false,
+        nees: false,
         settings: [
             Setting { label: "0.4", stay: Some(0.4), ..RIGHT },
             Setting { label: "**0.95**", stay: Some(0.95), ..RIGHT },
@@ -115,6 +105,7 @@ pub const LESSONS: [Lesson; 7] = [
         told: "P_D",
         shown: Shown::Found,
         map: false,
+        nees: false,
         settings: [
             Setting { label: "0.3", p_detect: 0.3, ..RIGHT },
             Setting { label: "**0.9**", ..RIGHT },
@@ -131,6 +122,7 @@ pub const LESSONS: [Lesson; 7] = [
         told: "clutter density",
         shown: Shown::False,
         map: false,
+        nees: false,
         settings: [
             Setting { label: "9e-8 /m²", clutter: 9e-8, ..RIGHT },
             Setting { label: "**9e-6 /m²**", ..RIGHT },
@@ -147,6 +139,7 @@ pub const LESSONS: [Lesson; 7] = [
         told: "gate",
         shown: Shown::Found,
         map: false,
+        nees: false,
         settings: [
             Setting { label: "1", gate: 1.0, ..RIGHT },
             Setting { label: "**16**", ..RIGHT },
@@ -163,6 +156,7 @@ pub const LESSONS: [Lesson; 7] = [
         told: "confirmed by M hits of N, deleted after K misses",
         shown: Shown::False,
         map: false,
+        nees: false,
         settings: [
             Setting { label: "2 of 3, 3", life: Some([2, 3, 3]), ..RIGHT },
             Setting { label: "**5 of 5, 5**", life: Some([5, 5, 5]), ..RIGHT },

@@ -46,9 +46,13 @@ pub fn run(root: &Path, runs: u64) -> Result<(), Failure> {
             Failure::input(reason).in_file(&guide)
         })?;
         let file = |kind: &str| root.join(PICTURES).join(format!("guide-{}{kind}.svg", lesson.name));
-        output::write_file(&file(""), over_time(lesson, &figures).render()?.as_bytes())?;
+        output::write_file(&file(""), over_time(lesson, lesson.title, lesson.shown, &figures).render()?.as_bytes())?;
         if lesson.map {
             output::write_file(&file("-map"), map(lesson, &first).render()?.as_bytes())?;
+        }
+        if lesson.nees {
+            let title = format!("{}: is the covariance honest?", lesson.title);
+            output::write_file(&file("-nees"), over_time(lesson, &title, Shown::Nees, &figures).render()?.as_bytes())?;
         }
     }
     output::write_file(&guide, text.as_bytes())
@@ -77,19 +81,19 @@ fn table(lesson: &Lesson, figures: &[Figures], runs: u64) -> String {
     text
 }
 
-fn over_time(lesson: &Lesson, figures: &[Figures]) -> Chart {
-    let label = match lesson.shown {
+fn over_time(lesson: &Lesson, title: &str, shown: Shown, figures: &[Figures]) -> Chart {
+    let label = match shown {
         Shown::Error => "rms position error [m]",
         Shown::Nees => "NEES, a component",
         Shown::Found => "share of the targets with a track",
         Shown::False => "false tracks",
     };
-    let chart = Chart::curves(lesson.title, "time [s]", label);
-    let chart = if matches!(lesson.shown, Shown::Error | Shown::Nees) { chart.log_y() } else { chart };
+    let chart = Chart::curves(title, "time [s]", label);
+    let chart = if matches!(shown, Shown::Error | Shown::Nees) { chart.log_y() } else { chart };
     let chart = lesson.settings.iter().zip(figures).enumerate().fold(chart, |chart, (number, (setting, figures))| {
-        chart.with(Series::curve(setting.label.replace('*', ""), figures.over_time(lesson.shown)).coloured(number))
+        chart.with(Series::curve(setting.label.replace('*', ""), figures.over_time(shown)).coloured(number))
     });
-    match (lesson.shown, figures.first().and_then(Figures::interval)) {
+    match (shown, figures.first().and_then(Figures::interval)) {
         (Shown::Nees, Some([lower, upper])) => {
             chart.with(Series::level("95 % of honest ones", lower)).with(Series::level("95 % of honest ones", upper))
         }
@@ -142,8 +146,11 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let text = output::read_text(&root.join(GUIDE))?;
         for lesson in &LESSONS {
-            let shown = format!("{PICTURES}/guide-{}.svg", lesson.name);
-            assert!(between(&text, lesson.name, "").is_some() && text.contains(&shown) && root.join(&shown).is_file(), "{}", lesson.name);
+            assert!(between(&text, lesson.name, "").is_some(), "{}", lesson.name);
+            for (kind, _) in [("", true), ("-map", lesson.map), ("-nees", lesson.nees)].into_iter().filter(|(_, drawn)| *drawn) {
+                let shown = format!("{PICTURES}/guide-{}{kind}.svg", lesson.name);
+                assert!(text.contains(&shown) && root.join(&shown).is_file(), "{shown}");
+            }
             assert!(lesson.settings.iter().all(|setting| text.contains(&format!("| {} |", setting.label))), "{}", lesson.name);
         }
         Ok(())
