@@ -220,14 +220,14 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
         limit: Option<T>,
         report: &mut FusionReport,
     ) {
-        let mut state: Option<Gaussian<T, NX>> = None;
+        let (mut state, mut newcomer): (Option<Gaussian<T, NX>>, _) = (None, Gaussian::ZERO);
         for (list, member) in lists.iter().zip(&mut fused.members).filter(|(_, member)| **member != 0) {
             let Some(track) = list.find(*member) else {
                 *member = 0;
                 continue;
             };
             COUNTED.combinations.add(1);
-            let newcomer = track.bank.combined();
+            track.bank.combine(&mut newcomer);
             let Some(before) = &state else {
                 state = Some(newcomer);
                 continue;
@@ -257,7 +257,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
         let FusedPicture { lists, fused, squares, assignment, .. } = picture;
         let Some(list) = lists.get(sensor) else { return };
         let (join, never) = (self.limits.join, T::ONE / T::ZERO);
-        let mut any = false;
+        let (mut any, mut state) = (false, Gaussian::ZERO);
         for (track, row) in list.tracks.iter().zip(squares.iter_mut()) {
             *row = [never; TRACKS];
             COUNTED.looks.add(TRACKS);
@@ -267,7 +267,7 @@ impl<T: Real, M: ModeSet<T, NX, MODES>, const NX: usize, const MODES: usize> Com
             }
             COUNTED.combinations.add(1);
             COUNTED.looks.add(TRACKS);
-            let state = track.bank.combined();
+            track.bank.combine(&mut state);
             let others = fused.iter().zip(row).filter(|(f, _)| !f.is_empty() && f.member(sensor) == 0);
             for (other, square) in others.filter(|(f, _)| !is_beyond(&f.state, &state, M::LAYOUT, join)) {
                 if let Some(d) = distance(&other.state, &state, M::LAYOUT).filter(|d| d.square <= join) {
