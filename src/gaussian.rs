@@ -16,7 +16,7 @@
 //! leaves nothing definite of P − G E G'. An innovation knows whether it is so [`sharp`](Innovation::sharp), and
 //! [`Gaussian::update_joseph`] then does what only adds positive terms, at about three times the cost.
 
-use crate::scalar::{Real, exp2, larger, ln};
+use crate::scalar::{Real, exp2, is_plus_zero, larger, ln};
 use crate::symmetric::Symmetric;
 use core::borrow::Borrow;
 use nalgebra::{SMatrix, SVector};
@@ -127,7 +127,11 @@ impl<T: Real, const NZ: usize> ResidualDensity<T, NZ> {
 /// (2π)^{−NZ/2}: the density of NZ standard normal numbers at zero.
 #[inline(always)]
 pub(crate) fn unit_peak<T: Real, const NZ: usize>() -> T {
-    (0..NZ).fold(T::ONE, |product, _| product * T::lit(0.398_942_280_401_432_7))
+    let mut peak = T::ONE;
+    each!(_k in NZ {
+        peak *= T::lit(0.398_942_280_401_432_7);
+    });
+    peak
 }
 
 /// Noise below this many roundings of what it corrects is sharp.
@@ -202,7 +206,7 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
         let taken: [T; NX] = core::array::from_fn(|i| dot(&ge[i], &rows[i]));
         let variance: [T; NX] = core::array::from_fn(|i| p[i][i] - taken[i]);
         let flaw = sum(&variance.map(|v| v.abs() - v)) + sum(&by.w) * T::ZERO;
-        if flaw != T::ZERO {
+        if !is_plus_zero(flaw) {
             return false;
         }
         let moved: [T; NX] = core::array::from_fn(|i| dot(&rows[i], &by.w));
@@ -252,7 +256,7 @@ impl<T: Real, const NX: usize> Gaussian<T, NX> {
             let variance = p[i][i] - dot(&by.e.times(&row(i)), &row(i));
             flaw += variance.abs() - variance;
         }
-        if flaw != T::ZERO {
+        if !is_plus_zero(flaw) {
             return false;
         }
         for i in 0..NX {

@@ -38,6 +38,7 @@ pub(crate) mod sealed {
         fn ln(self) -> Self;
         fn sqrt(self) -> Self;
         fn invertible(self) -> bool;
+        fn plus_zero(self) -> bool;
         fn sin_cos(self) -> (Self, Self);
         fn atan2(self, x: Self) -> Self;
         fn erf(self) -> Self;
@@ -124,6 +125,13 @@ pub fn is_invertible<T: Real>(x: T) -> bool {
     sealed::Math::invertible(x)
 }
 
+/// Whether x is zero without a sign: tested in integer registers, where a comparison would wait for flags, twice if its result is
+/// returned.
+#[inline(always)]
+pub(crate) fn is_plus_zero<T: Real>(x: T) -> bool {
+    sealed::Math::plus_zero(x)
+}
+
 /// (sin x, cos x), x in radians. In `f32` within 1.2e-7 absolutely for |x| ≤ 1000, NaN beyond 1e5.
 #[inline(always)]
 pub fn sin_cos<T: Real>(x: T) -> (T, T) {
@@ -195,6 +203,10 @@ impl sealed::Math for f64 {
     #[inline(always)]
     fn invertible(self) -> bool {
         (f64::MIN_POSITIVE..1.0 / f64::MIN_POSITIVE).contains(&self)
+    }
+    #[inline(always)]
+    fn plus_zero(self) -> bool {
+        self.to_bits() == 0
     }
     #[inline(always)]
     fn sin_cos(self) -> (f64, f64) {

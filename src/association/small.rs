@@ -46,13 +46,14 @@ pub(super) fn marginals<T: Real, const TRACKS: usize, const DETS: usize, const N
     for (j, layer) in bits(later).zip(layers.iter_mut()) {
         *layer = f;
         let h: [T; N] = from_fn(|t| hit[t].get(j).copied().unwrap_or(T::ZERO));
-        for s in (1..SETS).rev() {
-            for t in 0..N {
-                if s >> t & 1 == 1 {
-                    f[s] += h[t] * f[without::<SETS>(s, t)];
+        each!(t in N {
+            if h[t] > T::ZERO {
+                for k in 0..SETS / 2 {
+                    let s = without::<SETS>(k, t);
+                    f[with::<SETS>(s, t)] += h[t] * layer[s];
                 }
             }
-        }
+        });
     }
 
     let mut b = [T::ONE; SETS];
@@ -85,24 +86,19 @@ pub(super) fn marginals<T: Real, const TRACKS: usize, const DETS: usize, const N
         let j = 31 - left.leading_zeros().min(31) as usize;
         left ^= 1 << j;
         let h: [T; N] = from_fn(|t| hit[t].get(j).copied().unwrap_or(T::ZERO));
-        for t in 0..N {
+        let old = b;
+        each!(t in N {
             if h[t] > T::ZERO {
-                let mut sum = layer[0] * b[with::<SETS>(0, t)];
-                for s in 1..SETS {
-                    if s >> t & 1 == 0 {
-                        sum += layer[s] * b[with::<SETS>(s, t)];
-                    }
+                let mut sum = T::ZERO;
+                for k in 0..SETS / 2 {
+                    let s = without::<SETS>(k, t);
+                    let ending = old[with::<SETS>(s, t)];
+                    sum += layer[s] * ending;
+                    b[s] += h[t] * ending;
                 }
                 *hit[t].get_mut(j)? = h[t] * sum * scale;
             }
-        }
-        for s in 0..SETS {
-            for t in 0..N {
-                if s >> t & 1 == 0 {
-                    b[s] += h[t] * b[with::<SETS>(s, t)];
-                }
-            }
-        }
+        });
     }
     for t in 0..N {
         *hit[t].get_mut(left.trailing_zeros() as usize)? *= b[with::<SETS>(0, t)] * scale;
@@ -126,8 +122,9 @@ const fn with<const SETS: usize>(s: usize, t: usize) -> usize {
     (s | 1 << t) & (SETS - 1)
 }
 
-/// The set `s` but the track `t`.
+/// The set number `k` of those without the track `t`.
 #[inline(always)]
-const fn without<const SETS: usize>(s: usize, t: usize) -> usize {
-    s & !(1 << t) & (SETS - 1)
+const fn without<const SETS: usize>(k: usize, t: usize) -> usize {
+    let behind = (1 << t) - 1;
+    ((k & !behind) << 1 | k & behind) & (SETS - 1)
 }

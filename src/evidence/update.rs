@@ -190,9 +190,20 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         if self.gated.is_empty() {
             return Found { miss: T::ONE, hits: T::ZERO, resets: 0 };
         }
-        if self.kind != Kind::Plain {
-            return self.pda_by_logarithms(bank, innovations, sensor, detections, doubt);
-        }
+        let found = if self.kind == Kind::Plain { self.pda_by_sums(bank, innovations, sensor, detections, doubt) } else { None };
+        found.unwrap_or_else(|| self.pda_by_logarithms(bank, innovations, sensor, detections, doubt))
+    }
+
+    /// [`pda`](Self::pda) of plain detections; `None`, and nothing changed, where none is likely in any mode.
+    #[inline(always)]
+    fn pda_by_sums<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
+        &mut self,
+        bank: &mut ModeBank<T, NX, MODES>,
+        innovations: &Innovations<T, NX, NZ, MODES>,
+        sensor: &S,
+        detections: &[Detection<T, NZ>],
+        doubt: T,
+    ) -> Option<Found<T>> {
         let p_detect = sensor.p_detect(&bank.modes[0].mean);
         let mut miss = T::ONE - p_detect * sensor.gate().p_gate();
         let uniform = sensor.uniform_clutter();
@@ -229,11 +240,10 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
             }
         }
         if !likely {
-            // No mode was corrected.
-            return self.pda_by_logarithms(bank, innovations, sensor, detections, doubt);
+            return None;
         }
         bank.weigh(&evidence);
-        Found { miss, hits, resets }
+        Some(Found { miss, hits, resets })
     }
 }
 

@@ -117,9 +117,7 @@ impl<T: Real, const NX: usize, const MODES: usize> ModeBank<T, NX, MODES> {
     /// [`predict`](Self::predict) by steps that many targets share.
     #[inline(always)]
     pub fn advance<M: ModeSet<T, NX, MODES>>(&mut self, set: &M, steps: &M::Steps) {
-        for (mode, g) in self.modes.iter_mut().enumerate() {
-            set.advance(mode, g, steps);
-        }
+        set.advance_all(&mut self.modes, steps);
     }
 
     /// The modes that have a probability: all, unless the structure is variable.

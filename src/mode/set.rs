@@ -20,6 +20,13 @@ pub trait ModeSet<T: Real, const NX: usize, const MODES: usize> {
     fn steps(&self, dt: T) -> Self::Steps;
     /// Predicts `g` by the step of the model number `mode`; a number beyond the last does nothing.
     fn advance(&self, mode: usize, g: &mut Gaussian<T, NX>, steps: &Self::Steps);
+    /// Predicts every mode by its step.
+    #[inline(always)]
+    fn advance_all(&self, modes: &mut [Gaussian<T, NX>; MODES], steps: &Self::Steps) {
+        for (mode, g) in modes.iter_mut().enumerate() {
+            self.advance(mode, g, steps);
+        }
+    }
     /// v ← F v by the model number `mode` over `dt` \[s\], F at `x`; a number beyond the last does nothing.
     fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T);
 }
@@ -72,6 +79,11 @@ macro_rules! tuple_of_modes {
                     $($index => self.$index.advance(g, &steps.$index),)*
                     _ => {}
                 }
+            }
+            #[inline(always)]
+            fn advance_all(&self, modes: &mut [Gaussian<T, NX>; $count], steps: &Self::Steps) {
+                self.0.advance(&mut modes[0], &steps.0);
+                $(self.$index.advance(&mut modes[$index], &steps.$index);)*
             }
             #[inline(always)]
             fn propagate(&self, mode: usize, x: &SVector<T, NX>, v: &mut SMatrix<T, NX, NX>, dt: T) {

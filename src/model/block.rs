@@ -10,8 +10,8 @@
 //! f is straight-line code that propagates vectors in place, all of them side by side: first the columns of a block of P, then
 //! its rows; no matrix is formed and no structural zero multiplied. A diagonal block is computed whole and stored as a triangle,
 //! so the compiler drops what only the lower half would need: constant velocity in two axes costs 28 operations,
-//! constant acceleration 108. Where the library is compiled for size, f takes one vector after the other, all of P; what is
-//! computed of an entry stays the same.
+//! constant acceleration 108. Compiled for size, the loop over blocks stays one, and a block is written out all the same: that is
+//! shorter than loops over two or three states.
 
 use crate::gaussian::Gaussian;
 use crate::scalar::Real;
@@ -30,7 +30,7 @@ pub trait BlockStep<T: Real, const S: usize> {
 #[inline(always)]
 pub(super) fn scaled<T: Real, const L: usize>(v: &[T; L], factor: T) -> [T; L] {
     let mut product = [T::ZERO; L];
-    unrolled!(for l in L {
+    each!(l in L {
         product[l] = factor * v[l];
     });
     product
@@ -39,36 +39,35 @@ pub(super) fn scaled<T: Real, const L: usize>(v: &[T; L], factor: T) -> [T; L] {
 /// v ← v + w
 #[inline(always)]
 pub(super) fn add<T: Real, const L: usize>(v: &mut [T; L], w: &[T; L]) {
-    unrolled!(for l in L {
+    each!(l in L {
         v[l] += w[l];
     });
 }
 
 /// Predicts mean and covariance of the first `A` blocks of `S` states.
-#[cfg(not(small))]
-#[inline(always)]
+#[cfg_attr(not(small), inline(always))]
+#[cfg_attr(small, inline(never))]
 pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, g: &mut Gaussian<T, NX>) {
     const { assert!(A * S <= NX, "the state is too short for these blocks") }
     let x = &mut g.mean.data.0[0];
-    // Loops, not closures: for size, bounds checks would stay in those.
     let mut v = [[T::ZERO; A]; S];
-    for i in 0..S {
-        for a in 0..A {
+    each!(i in S {
+        each!(a in A {
             v[i][a] = x[a * S + i];
-        }
-    }
+        });
+    });
     step.propagate(&mut v);
-    for i in 0..S {
-        for a in 0..A {
+    each!(i in S {
+        each!(a in A {
             x[a * S + i] = v[i][a];
-        }
-    }
+        });
+    });
     predict_covariance::<T, B, NX, A, S>(step, &mut g.cov);
 }
 
 /// Predicts the covariance alone, where the mean moves by other equations.
-#[cfg(not(small))]
-#[inline(always)]
+#[cfg_attr(not(small), inline(always))]
+#[cfg_attr(small, inline(never))]
 pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(
     step: &B,
     cov: &mut Symmetric<T, NX>,
@@ -76,102 +75,49 @@ pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A:
     const { assert!(A * S <= NX, "the state is too short for these blocks") }
     let p = cov.upper_mut();
     for a in 0..A {
-        for b in a..A {
-            let mut columns = [[T::ZERO; S]; S];
-            for i in 0..S {
-                for j in 0..S {
-                    columns[i][j] = if a == b && i > j { p[a * S + j][b * S + i] } else { p[a * S + i][b * S + j] };
+        let mut block = [[T::ZERO; S]; S];
+        each!(i in S {
+            each!(j in S {
+                block[i][j] = if i > j { p[a * S + j][a * S + i] } else { p[a * S + i][a * S + j] };
+            });
+        });
+        let block = conjugated(step, block);
+        each!(i in S {
+            each!(j in S {
+                if i <= j {
+                    p[a * S + i][a * S + j] = block[j][i] + step.noise(i, j);
                 }
-            }
-            step.propagate(&mut columns);
-            let mut rows = [[T::ZERO; S]; S];
-            for i in 0..S {
-                for j in 0..S {
-                    rows[j][i] = columns[i][j];
-                }
-            }
-            step.propagate(&mut rows);
-            for i in 0..S {
-                for j in 0..S {
-                    if a != b {
-                        p[a * S + i][b * S + j] = rows[j][i];
-                    } else if i <= j {
-                        p[a * S + i][b * S + j] = rows[j][i] + step.noise(i, j);
-                    }
-                }
-            }
+            });
+        });
+        for b in a + 1..A {
+            let mut block = [[T::ZERO; S]; S];
+            each!(i in S {
+                each!(j in S {
+                    block[i][j] = p[a * S + i][b * S + j];
+                });
+            });
+            let block = conjugated(step, block);
+            each!(i in S {
+                each!(j in S {
+                    p[a * S + i][b * S + j] = block[j][i];
+                });
+            });
         }
     }
 }
 
-/// Predicts mean and covariance of the first `A` blocks of `S` states.
-#[cfg(small)]
-#[inline(never)]
-pub fn predict<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, g: &mut Gaussian<T, NX>) {
-    propagate_all(&|v| propagate_state::<T, B, NX, A, S>(step, v), &mut g.mean.data.0[0], g.cov.upper_mut());
-    add_noise::<T, B, NX, A, S>(step, g.cov.upper_mut());
-}
-
-/// Predicts the covariance alone, where the mean moves by other equations.
-#[cfg(small)]
-#[inline(never)]
-pub fn predict_covariance<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(
-    step: &B,
-    cov: &mut Symmetric<T, NX>,
-) {
-    let mut no_mean = cov.upper()[0];
-    propagate_all(&|v| propagate_state::<T, B, NX, A, S>(step, v), &mut no_mean, cov.upper_mut());
-    add_noise::<T, B, NX, A, S>(step, cov.upper_mut());
-}
-
-/// P ← P + Q
-#[cfg(small)]
+/// (f B f')' of a block B.
 #[inline(always)]
-fn add_noise<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, p: &mut [[T; NX]; NX]) {
-    for a in 0..A {
-        for i in 0..S {
-            for j in i..S {
-                p[a * S + i][a * S + j] += step.noise(i, j);
-            }
-        }
-    }
-}
-
-/// x ← F x for one vector.
-#[cfg(small)]
-#[inline(always)]
-fn propagate_state<T: Real, B: BlockStep<T, S>, const NX: usize, const A: usize, const S: usize>(step: &B, x: &mut [T; NX]) {
-    const { assert!(A * S <= NX, "the state is too short for these blocks") }
-    for a in 0..A {
-        let mut v = [[T::ZERO]; S];
-        for i in 0..S {
-            v[i][0] = x[a * S + i];
-        }
-        step.propagate(&mut v);
-        for i in 0..S {
-            x[a * S + i] = v[i][0];
-        }
-    }
-}
-
-/// x ← F x, and P ← F P F': first the columns of P, then its rows. One copy for all models.
-#[cfg(small)]
-#[inline(never)]
-fn propagate_all<T: Real, const NX: usize>(propagate: &dyn Fn(&mut [T; NX]), x: &mut [T; NX], p: &mut [[T; NX]; NX]) {
-    propagate(x);
-    for j in 0..NX {
-        let mut column = p[j];
-        for i in 0..j {
-            column[i] = p[i][j];
-        }
-        propagate(&mut column);
-        for i in 0..NX {
-            p[i][j] = column[i];
-        }
-    }
-    for row in p {
-        propagate(row);
-    }
+fn conjugated<T: Real, B: BlockStep<T, S>, const S: usize>(step: &B, mut block: [[T; S]; S]) -> [[T; S]; S] {
+    step.propagate(&mut block);
+    let mut turned = [[T::ZERO; S]; S];
+    each!(i in S {
+        each!(j in S {
+            turned[j][i] = block[i][j];
+        });
+    });
+    step.propagate(&mut turned);
+    turned
 }
 
 /// v ← F v for all columns of `v`, the identity beyond the blocks.

@@ -88,6 +88,10 @@ impl sealed::Math for f32 {
         // Positive, with an exponent of −126 to 125: one comparison.
         self.to_bits().wrapping_sub(f32::MIN_POSITIVE.to_bits()) < 252 << 23
     }
+    #[inline(always)]
+    fn plus_zero(self) -> bool {
+        self.to_bits() == 0
+    }
     #[inline]
     fn sin_cos(self) -> (f32, f32) {
         // Beyond, neighbouring numbers are a hundredth of a radian apart: no answer is right.

@@ -234,14 +234,10 @@ impl Kf4 {
     #[inline(always)]
     #[must_use]
     pub fn step(&self, g: &mut Gaussian<f32, 4>, z: &SVector<f32, 2>) -> bool {
-        // A copy stays in registers until it is updated.
-        let mut moved = *g;
-        self.motion.advance(&mut moved, &self.step);
-        let innovation = self.position.innovation(&moved);
+        self.motion.advance(g, &self.step);
+        let innovation = self.position.innovation(g);
         let nu = MeasurementModel::<f32, 4, 2>::residual(&self.position, z, &innovation.z_hat);
-        let kept = moved.update(&innovation, &nu);
-        *g = moved;
-        kept
+        g.update(&innovation, &nu)
     }
 }
 
