@@ -56,6 +56,9 @@ fn configuration(tracker: &str, most_ram: &str) -> Option<String> {
     let coarse = kind == "merging-jpda";
     let (tracker, state) = match (kind, words.next()) {
         ("imm-pdaf", None) => ("ImmPdaf<f32, Modes, NX, MODES, TRACKS, DETS>".into(), "State<f32, NX, MODES, TRACKS, DETS>".into()),
+        ("imm-gnn", None) => {
+            ("ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, Gnn>".into(), "JointState<f32, NX, MODES, TRACKS, DETS, Gnn>".into())
+        }
         ("imm-jpda", Some(nodes)) => (
             format!("ImmJpda<f32, Modes, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
             format!("JointState<f32, NX, MODES, TRACKS, DETS, Jpda<{nodes}>>"),
@@ -73,7 +76,7 @@ fn configuration(tracker: &str, most_ram: &str) -> Option<String> {
     let (sensor, make) = if coarse { ("Coarse", "coarse") } else { ("Sensor", "sensor") };
     Some(format!(
         "#[allow(unused_imports)]\n\
-         use boresight::{{association::{{Jpda, MergingJpda}}, error::ConfigError, tracker}};\n\
+         use boresight::{{association::{{Gnn, Jpda, MergingJpda}}, error::ConfigError, tracker}};\n\
          use twin::load::{{self, Room}};\n\
          pub const NX: usize = {nx};\n\
          pub const MODES: usize = {mode_count};\n\

@@ -12,10 +12,26 @@
 //! something as good. More bonus never serves fewer: after a bonus g_i that served k > i, those between g_i and g_k need
 //! no trial. The event is the exact maximum, for at most min(T, m) assignments instead of one, and mostly one or two.
 //!
+//! Tracks that share no detection do not see each other, so every cluster has its own event, and a track alone the likeliest of
+//! its weights. Diffuse clutter couples all tracks: they are one cluster.
+//!
+//! # Cost
+//! With T rows and M columns, steps of loops over weights and pairs are at most
+//!
+//! ```text
+//! always        8 T M + T² (M / 64 + 2)                   who gates what, and logarithms
+//! assignments   (min(T, M) + 2) T (T + 5) / 2 M           row r looks at r + 1 rows and again at its own; one assignment, another
+//!                                                         where no event is possible, and one more a track under diffuse clutter
+//! ```
+//!
 //! Blackman and Popoli 1999, section 6.4; φ! / V^φ: Bar-Shalom, Willett and Tian 2011, section 6.2.
 
-use super::scaling::{is_possible, to_logarithms};
-use super::{Assignment, AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
+use super::assignment::Assignment;
+use super::cluster::Cluster;
+use super::matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};
+use super::partition::Partition;
+use super::scaling::{is_possible, to_logarithm};
+use super::work::count;
 use crate::scalar::{Real, ln};
 
 /// What a miss that is impossible weighs where it has to be.
@@ -23,83 +39,177 @@ const LN_IMPOSSIBLE: f64 = -1e4;
 
 /// Global nearest neighbour. Of the joint event of the greatest weight every probability is 1.
 ///
-/// Without any possible event as few tracks as can be miss although they cannot, and [`Completeness::infeasible`] is 1. At most
-/// `TRACKS (TRACKS + 3) DETS` pairs are looked at, under diffuse clutter `TRACKS + 1` times as many.
+/// In a cluster without any possible event as few tracks as can be miss although they cannot, and [`Completeness::infeasible`]
+/// counts it. What it takes at most is [`worst_case`](Self::worst_case).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Gnn;
 
-impl<T: Real, const TRACKS: usize, const DETS: usize> Associator<T, TRACKS, DETS> for Gnn {
-    type Memory = Assignment<T, TRACKS, DETS>;
-    const MEMORY: Self::Memory = Assignment::new();
-
-    fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
-        if matrix.domain == Domain::Linear {
-            to_logarithms(matrix);
-        }
-        let bonus = match matrix.clutter {
-            ClutterPrior::Poisson => T::ZERO,
-            ClutterPrior::Diffuse => best_bonus(matrix, memory),
-        };
-        let feasible = solve(matrix, memory, bonus);
-        if !feasible {
-            // Who cannot be served must miss, at a price that keeps all others served.
-            for miss in &mut matrix.miss {
-                if !is_possible(*miss) {
-                    *miss = T::lit(LN_IMPOSSIBLE);
-                }
-            }
-            let _ = solve(matrix, memory, bonus);
-        }
-        let (one, zero) = (T::ONE, T::ZERO);
-        for (track, (miss, hit)) in matrix.miss.iter_mut().zip(&mut matrix.hit).enumerate() {
-            let chosen = memory.column(track);
-            *miss = if chosen.is_none() { one } else { zero };
-            hit.iter_mut().enumerate().for_each(|(j, hit)| *hit = if chosen == Some(j) { one } else { zero });
-        }
-        matrix.domain = Domain::Linear;
-        Completeness { infeasible: u16::from(!feasible), ..Completeness::default() }
+impl Gnn {
+    /// The most steps that associating `tracks` rows with `detections` columns can take, by the formula of this file.
+    #[must_use]
+    pub const fn worst_case(tracks: usize, detections: usize) -> u64 {
+        let (t, m) = (tracks as u64, detections as u64);
+        let served = if t < m { t } else { m };
+        8 * t * m + t * t * (m / 64 + 2) + (served + 2) * (t * (t + 5) / 2) * m
     }
 }
 
-/// ln hit, −∞ beyond the matrix.
-fn ln_hit<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &AssociationMatrix<T, TRACKS, DETS>, track: usize, column: usize) -> T {
-    matrix.hit.get(track).and_then(|row| row.get(column)).copied().unwrap_or(-T::ONE / T::ZERO)
+/// What [`Gnn`] works in.
+#[derive(Clone, Debug)]
+pub struct GnnMemory<T, const TRACKS: usize, const DETS: usize> {
+    partition: Partition<T, TRACKS, DETS>,
+    cluster: Cluster<T, TRACKS, DETS>,
+    assignment: Assignment<T, TRACKS, DETS>,
 }
 
-/// ln miss, −∞ beyond the matrix.
-fn ln_miss<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &AssociationMatrix<T, TRACKS, DETS>, track: usize) -> T {
-    matrix.miss.get(track).copied().unwrap_or(-T::ONE / T::ZERO)
+impl<T: Real, const TRACKS: usize, const DETS: usize> Associator<T, TRACKS, DETS> for Gnn {
+    type Memory = GnnMemory<T, TRACKS, DETS>;
+    const MEMORY: Self::Memory = GnnMemory { partition: Partition::new(), cluster: Cluster::new(), assignment: Assignment::new() };
+
+    // One copy for all sensors.
+    #[inline(never)]
+    fn associate(&self, matrix: &mut AssociationMatrix<T, TRACKS, DETS>, memory: &mut Self::Memory) -> Completeness {
+        let mut completeness = Completeness::default();
+        memory.partition.find(matrix, matrix.clutter == ClutterPrior::Diffuse);
+        let none = if matrix.domain == Domain::Linear { T::ZERO } else { -T::ONE / T::ZERO };
+        for row in 0..TRACKS {
+            let feasible = match memory.partition.members(row) {
+                None => continue,
+                Some((1, _)) => take_likeliest(matrix, row, none),
+                Some(_) => take_best_event(matrix, row, memory),
+            };
+            completeness.infeasible += u16::from(!feasible);
+        }
+        matrix.domain = Domain::Linear;
+        completeness
+    }
+}
+
+/// Gives a row alone its likeliest weight, above `none`; false, and a miss, where there is none.
+fn take_likeliest<T: Real, const TRACKS: usize, const DETS: usize>(
+    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+    row: usize,
+    none: T,
+) -> bool {
+    let Some((miss, hit)) = matrix.row(row) else { return true };
+    let (mut chosen, mut most) = (None, none);
+    if miss > most {
+        most = miss;
+    }
+    for (j, h) in hit.iter().enumerate() {
+        if *h > most {
+            (chosen, most) = (Some(j), *h);
+        }
+    }
+    choose(matrix, row, chosen);
+    most > none
+}
+
+/// Gives the rows of the cluster that begins with `row` the event of the greatest weight; false where it has misses that are
+/// impossible.
+fn take_best_event<T: Real, const TRACKS: usize, const DETS: usize>(
+    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+    row: usize,
+    memory: &mut GnnMemory<T, TRACKS, DETS>,
+) -> bool {
+    let GnnMemory { partition, cluster, assignment } = memory;
+    partition.take(row, matrix, false, cluster);
+    if matrix.domain == Domain::Linear {
+        for (row, vacant) in cluster.tracks.iter().zip(&mut cluster.vacant) {
+            count(cluster.columns.len());
+            *vacant = to_logarithm(*vacant, true);
+            for column in &cluster.columns {
+                let hit = matrix.hit.get_mut(usize::from(*row)).and_then(|hit| hit.get_mut(usize::from(column.det)));
+                if let Some(hit) = hit {
+                    *hit = to_logarithm(*hit, true);
+                }
+            }
+        }
+    }
+    let bonus = match matrix.clutter {
+        ClutterPrior::Poisson => T::ZERO,
+        ClutterPrior::Diffuse => best_bonus(cluster, &matrix.hit, assignment),
+    };
+    let feasible = solve(cluster, &matrix.hit, assignment, bonus);
+    if !feasible {
+        // Who cannot be served must miss, at a price that keeps all others served.
+        for miss in &mut cluster.vacant {
+            if !is_possible(*miss) {
+                *miss = T::lit(LN_IMPOSSIBLE);
+            }
+        }
+        let _ = solve(cluster, &matrix.hit, assignment, bonus);
+    }
+    for (k, row) in cluster.tracks.iter().enumerate() {
+        let chosen = assignment.column(k).and_then(|c| cluster.columns.get(c));
+        choose(matrix, usize::from(*row), chosen.map(|column| usize::from(column.det)));
+    }
+    feasible
+}
+
+/// Makes it certain that `row` has the column `chosen`, or none.
+fn choose<T: Real, const TRACKS: usize, const DETS: usize>(
+    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
+    row: usize,
+    chosen: Option<usize>,
+) {
+    let Some((miss, hit)) = matrix.row_mut(row) else { return };
+    let (one, zero) = (T::ONE, T::ZERO);
+    *miss = if chosen.is_none() { one } else { zero };
+    hit.iter_mut().enumerate().for_each(|(j, hit)| *hit = if chosen == Some(j) { one } else { zero });
+}
+
+/// ln hit of the track number `k` and the column number `c` of a cluster, −∞ beyond it.
+fn ln_hit<T: Real, const TRACKS: usize, const DETS: usize>(
+    cluster: &Cluster<T, TRACKS, DETS>,
+    hit: &[[T; DETS]; TRACKS],
+    k: usize,
+    c: usize,
+) -> T {
+    let found = cluster.tracks.get(k).zip(cluster.columns.get(c));
+    let weight = found.and_then(|(row, column)| hit.get(usize::from(*row))?.get(usize::from(column.det)));
+    weight.copied().unwrap_or(-T::ONE / T::ZERO)
+}
+
+/// ln miss of the track number `k`, −∞ beyond the cluster.
+fn ln_miss<T: Real, const TRACKS: usize, const DETS: usize>(cluster: &Cluster<T, TRACKS, DETS>, k: usize) -> T {
+    cluster.vacant.get(k).copied().unwrap_or(-T::ONE / T::ZERO)
 }
 
 /// The best assignment with `bonus` added to every ln hit; false where there is none.
 fn solve<T: Real, const TRACKS: usize, const DETS: usize>(
-    matrix: &AssociationMatrix<T, TRACKS, DETS>,
-    memory: &mut Assignment<T, TRACKS, DETS>,
+    cluster: &Cluster<T, TRACKS, DETS>,
+    hit: &[[T; DETS]; TRACKS],
+    assignment: &mut Assignment<T, TRACKS, DETS>,
     bonus: T,
 ) -> bool {
-    memory.solve(TRACKS, matrix.columns(), |t| ln_miss(matrix, t), |t, j| ln_hit(matrix, t, j) + bonus)
+    let pair = |k, c| {
+        count(1);
+        ln_hit(cluster, hit, k, c) + bonus
+    };
+    assignment.solve(cluster.tracks.len(), cluster.columns.len(), |k| ln_miss(cluster, k), pair)
 }
 
 /// The bonus for every track served with which the best assignment is the best event under diffuse clutter.
 fn best_bonus<T: Real, const TRACKS: usize, const DETS: usize>(
-    matrix: &AssociationMatrix<T, TRACKS, DETS>,
-    memory: &mut Assignment<T, TRACKS, DETS>,
+    cluster: &Cluster<T, TRACKS, DETS>,
+    hit: &[[T; DETS]; TRACKS],
+    assignment: &mut Assignment<T, TRACKS, DETS>,
 ) -> T {
-    let possible = |j: &usize| (0..TRACKS).any(|t| is_possible(ln_hit(matrix, t, *j)));
-    let gated = (0..matrix.columns()).filter(possible).count();
+    let (tracks, gated) = (cluster.tracks.len(), cluster.columns.len());
     let gain = |i| ln(T::from_count(gated) / T::from_count(gated - i));
     let (mut best, mut best_sum, mut served) = (T::ZERO, -T::ONE / T::ZERO, 0);
-    for i in 0..gated.min(TRACKS) {
+    for i in 0..gated.min(tracks) {
         if i < served {
             continue;
         }
-        if !solve(matrix, memory, gain(i)) {
+        if !solve(cluster, hit, assignment, gain(i)) {
             break;
         }
-        served = (0..TRACKS).filter(|t| memory.column(*t).is_some()).count();
-        let weight = |t| memory.column(t).map_or_else(|| ln_miss(matrix, t), |j| ln_hit(matrix, t, j));
-        let sum = (0..TRACKS).map(weight).chain((0..served).map(gain)).fold(T::ZERO, |sum, x| sum + x);
+        served = (0..tracks).filter(|k| assignment.column(*k).is_some()).count();
+        let weight = |k| assignment.column(k).map_or_else(|| ln_miss(cluster, k), |c| ln_hit(cluster, hit, k, c));
+        let sum = (0..tracks).map(weight).chain((0..served).map(gain)).fold(T::ZERO, |sum, x| sum + x);
         if sum > best_sum {
             (best, best_sum) = (gain(i), sum);
         }

@@ -20,7 +20,7 @@ mod work;
 
 pub use assignment::Assignment;
 pub use gate::Gate;
-pub use gnn::Gnn;
+pub use gnn::{Gnn, GnnMemory};
 pub use jpda::{Jpda, JpdaMemory};
 pub use k_best::KBest;
 pub use matrix::{AssociationMatrix, Associator, ClutterPrior, Completeness, Domain};

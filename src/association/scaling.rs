@@ -99,7 +99,7 @@ pub(super) fn to_logarithms<T: Real, const TRACKS: usize, const DETS: usize>(mat
 /// The logarithm of a weight, or of what is one already; −∞ of what is none.
 // Out of line, as above.
 #[inline(never)]
-fn to_logarithm<T: Real>(weight: T, linear: bool) -> T {
+pub(super) fn to_logarithm<T: Real>(weight: T, linear: bool) -> T {
     allowed(if linear { ln(weight) } else { weight })
 }
 

@@ -10,8 +10,8 @@ pub(super) fn count(operations: usize) {
     OPERATIONS.add(operations);
 }
 
-/// Takes the number of operations that [`Jpda`](super::Jpda) and [`KBest`](super::KBest) counted since the last call, in all
-/// threads: steps of loops over weights, sets, keys and messages; looks at pairs and events.
+/// Takes the number of operations that [`Jpda`](super::Jpda), [`Gnn`](super::Gnn) and [`KBest`](super::KBest) counted since the
+/// last call, in all threads: steps of loops over weights, sets, keys and messages; looks at pairs and events.
 #[cfg(feature = "count")]
 pub fn take_operations() -> usize {
     OPERATIONS.take()

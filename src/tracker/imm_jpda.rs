@@ -61,7 +61,7 @@ use super::picture::{Outcome, Picture, Setup, looks};
 use super::rows;
 use super::unresolved::{self, Dwell, Shared, Sights};
 use super::{Scratch, State, Tracker, Work};
-use crate::association::{AssociationMatrix, Associator, Jpda, MergingJpda};
+use crate::association::{AssociationMatrix, Associator, Gnn, Jpda, MergingJpda};
 use crate::error::{ConfigError, ScanError};
 use crate::evidence::{no_innovations, predict_measurements};
 use crate::gaussian::Gaussian;
@@ -212,6 +212,14 @@ impl<T, M, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS:
     #[must_use]
     pub const fn worst_case() -> Work {
         Work::imm_jpda::<NODES>(TRACKS, DETS, MODES)
+    }
+}
+
+impl<T, M, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> ImmJpda<T, M, NX, MODES, TRACKS, DETS, Gnn> {
+    /// The most work that a scan of at most `DETS` detections can make, none with a noise or a time of its own.
+    #[must_use]
+    pub const fn worst_case() -> Work {
+        Work::imm_gnn(TRACKS, DETS, MODES)
     }
 }
 

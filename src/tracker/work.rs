@@ -15,6 +15,8 @@
 //! looks             m² (2 t + 1)    m² (2 t + 1)      at slots and remembered detections, for room
 //! ```
 //!
+//! IMM-JPDA with [`Gnn`] likewise, A its looks at pairs.
+//!
 //! IMM-JPDA with room for p pairs of tracks that the sensor may not tell apart: as IMM-JPDA, but for
 //!
 //! ```text
@@ -27,7 +29,7 @@
 //! LMS-JPDA as IMM-JPDA with r the modes of all, but for t (m (2 + 5 r) + r) residuals: a mode that is activated needs the
 //! likelihoods of the others once more, and r tell whether the scan is a surprise.
 
-use crate::association::{Jpda, MergingJpda};
+use crate::association::{Gnn, Jpda, MergingJpda};
 
 /// Numbers of operations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,12 +79,18 @@ impl Work {
     /// The most of an [`ImmJpda`](super::ImmJpda) that associates by [`Jpda`], by the formula of this file.
     #[must_use]
     pub const fn imm_jpda<const NODES: usize>(tracks: usize, detections: usize, modes: usize) -> Self {
+        Self::joint(tracks, detections, modes, Jpda::<NODES>::worst_case(tracks, detections))
+    }
+
+    /// The most of an [`ImmJpda`](super::ImmJpda) that associates by [`Gnn`], by the formula of this file.
+    #[must_use]
+    pub const fn imm_gnn(tracks: usize, detections: usize, modes: usize) -> Self {
+        Self::joint(tracks, detections, modes, Gnn::worst_case(tracks, detections))
+    }
+
+    const fn joint(tracks: usize, detections: usize, modes: usize, association: u64) -> Self {
         let (t, m, r) = (tracks as u64, detections as u64, modes as u64);
-        Self {
-            innovations: 2 * t * r,
-            association: Jpda::<NODES>::worst_case(tracks, detections) + 6 * t * m,
-            ..Self::imm_pdaf(tracks, detections, modes)
-        }
+        Self { innovations: 2 * t * r, association: association + 6 * t * m, ..Self::imm_pdaf(tracks, detections, modes) }
     }
 
     /// The most of an [`ImmJpda`](super::ImmJpda) that associates by [`MergingJpda`], by the formula of this file.

@@ -3,12 +3,13 @@
 #![no_std]
 #![no_main]
 
-use boresight::association::{Jpda, MergingJpda};
+use boresight::association::{Gnn, Jpda, MergingJpda};
 use boresight::tracker::{JointState, LmsState, State};
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 
 type Pdaf<const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> = State<f32, NX, MODES, TRACKS, DETS>;
+type Nearest<const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> = JointState<f32, NX, MODES, TRACKS, DETS, Gnn>;
 type Joint<const NODES: usize, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> =
     JointState<f32, NX, MODES, TRACKS, DETS, Jpda<NODES>>;
 type Merging<const NODES: usize, const PAIRS: usize, const NX: usize, const MODES: usize, const TRACKS: usize, const DETS: usize> =
@@ -33,13 +34,14 @@ macro_rules! sizes {
     };
 }
 
-/// IMM-PDAF, IMM-JPDA with 64 nodes and with 256: each with 4 states in 3 modes, then with 6 in 2. Then IMM-JPDA and LMS-JPDA with
-/// 64 nodes and 4 states in 7 modes. Then IMM-JPDA with 256 nodes, four unresolved pairs and 4 states in 3 modes.
+/// IMM-PDAF with 4 states in 3 modes, then with 6 in 2; IMM-JPDA with `Gnn` and 4 states in 3 modes; IMM-JPDA with 64 nodes and with
+/// 256, each with 4 states in 3 modes, then with 6 in 2. Then IMM-JPDA and LMS-JPDA with 64 nodes and 4 states in 7 modes. Then IMM-JPDA with 256 nodes, four unresolved pairs and 4 states in 3 modes.
 #[used]
 #[unsafe(no_mangle)]
-static STATES: [[[u32; 3]; 3]; 9] = [
+static STATES: [[[u32; 3]; 3]; 10] = [
     sizes!(Pdaf, 4, 3),
     sizes!(Pdaf, 6, 2),
+    sizes!(Nearest, 4, 3),
     sizes!(Joint, 64, 4, 3),
     sizes!(Joint, 64, 6, 2),
     sizes!(Joint, 256, 4, 3),

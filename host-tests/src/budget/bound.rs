@@ -20,6 +20,7 @@ pub fn most(tracker: &Tracker) -> Result<Work, Failure> {
     let Tracker { kind, modes, tracks, detections, .. } = *tracker;
     match kind {
         Kind::ImmPdaf => Ok(Work::imm_pdaf(tracks, detections, modes)),
+        Kind::ImmGnn => Ok(Work::imm_gnn(tracks, detections, modes)),
         Kind::ImmJpda { nodes: 64 } => Ok(Work::imm_jpda::<64>(tracks, detections, modes)),
         Kind::ImmJpda { nodes: 256 } => Ok(Work::imm_jpda::<256>(tracks, detections, modes)),
         Kind::LmsJpda { nodes: 64 } => Ok(Work::lms_jpda::<64>(tracks, detections, modes)),

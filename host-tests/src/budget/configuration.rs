@@ -8,9 +8,10 @@ use crate::Failure;
 use serde::{Deserialize, Serialize};
 
 /// The kinds of tracker, each with its states and modes. The two of seven modes are one tracker but for those that it runs.
-const KINDS: [(Kind, (usize, usize)); 9] = [
+const KINDS: [(Kind, (usize, usize)); 10] = [
     (Kind::ImmPdaf, (4, 3)),
     (Kind::ImmPdaf, (6, 2)),
+    (Kind::ImmGnn, (4, 3)),
     (Kind::ImmJpda { nodes: 64 }, (4, 3)),
     (Kind::ImmJpda { nodes: 64 }, (6, 2)),
     (Kind::ImmJpda { nodes: 256 }, (4, 3)),
@@ -52,6 +53,8 @@ pub const FUSION: [&str; 2] = ["receive16", "fuse16_16"];
 pub enum Kind {
     /// Every track associated as if it were alone
     ImmPdaf,
+    /// The best assignment of all tracks taken for certain
+    ImmGnn,
     /// All tracks associated together
     ImmJpda {
         /// Room for sets of served tracks
@@ -76,6 +79,7 @@ impl Kind {
     const fn words(self) -> (&'static str, [Option<usize>; 2]) {
         match self {
             Kind::ImmPdaf => ("imm-pdaf", [None; 2]),
+            Kind::ImmGnn => ("imm-gnn", [None; 2]),
             Kind::ImmJpda { nodes } => ("imm-jpda", [Some(nodes), None]),
             Kind::LmsJpda { nodes } => ("lms-jpda", [Some(nodes), None]),
             Kind::MergingJpda { nodes, pairs } => ("merging-jpda", [Some(nodes), Some(pairs)]),
@@ -177,7 +181,7 @@ mod tests {
 
     #[test]
     fn a_jpda_with_too_few_nodes_is_left_out() {
-        assert_eq!(trackers().count(), 22);
+        assert_eq!(trackers().count(), 25);
         assert!(trackers().all(|tracker| tracker.name() != "imm-jpda 4x3 32x64 64"));
         assert!(trackers().any(|tracker| tracker.name() == "merging-jpda 4x3 16x32 256 4"));
     }

@@ -65,7 +65,7 @@ fn most_probable<T: Real>(problem: &Problem<T>, clutter: ClutterPrior, domain: D
     let Some((most, best)) = all.first() else {
         let fewest = fewest_impossible(problem);
         let chosen = impossible(problem, &event[..problem.rows()]);
-        return if completeness.infeasible == 1 && chosen == fewest { Ok(()) } else { Err("more misses than need be".into()) };
+        return if completeness.infeasible > 0 && chosen == fewest { Ok(()) } else { Err("more misses than need be".into()) };
     };
     // Linear weights and their logarithms back bring an error of ε for each row, relative to the weight.
     let bound = problem.rounding() + 8.0 * T::EPSILON.to_f64() * (problem.magnitude() + 1.0) * TRACKS as f64;
@@ -93,7 +93,7 @@ fn the_first_events_of_the_reference_cases_are_taken() -> Outcome {
         let weights: Vec<Vec<f64>> = field(&case, "w")?;
         let problem = Problem::<f64>::from_weights(&weights);
         let (event, completeness) = nearest(&mut matrix(&problem, ClutterPrior::Poisson, Domain::Linear))?;
-        assert_eq!(usize::from(completeness.infeasible), usize::from(field::<bool>(&case, "infeasible")?), "{}", case["name"]);
+        assert_eq!(completeness.infeasible > 0, field::<bool>(&case, "infeasible")?, "{}", case["name"]);
         if completeness.is_exact() {
             assert_eq!(event[..problem.rows()], field::<Event>(&case["kbest"][0], "a")?, "{}", case["name"]);
         }

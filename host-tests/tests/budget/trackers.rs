@@ -4,7 +4,7 @@
 
 use super::{COUNTER, Outcome, published};
 use crate::counting::{Asked, Counting, take};
-use boresight::association::{Jpda, MergingJpda, Pda, SingleAssociator, take_operations};
+use boresight::association::{Gnn, Jpda, MergingJpda, Pda, SingleAssociator, take_operations};
 use boresight::mode::JumpMatrix;
 use boresight::model::MeasurementModel;
 use boresight::model::radar::Radar;
@@ -199,6 +199,13 @@ macro_rules! joint {
     }};
 }
 
+macro_rules! nearest {
+    ($tracks:literal, $dets:literal) => {{
+        type Nearest = ImmJpda<f32, Counting<Turning>, 4, 3, $tracks, $dets, Gnn>;
+        hold::<Nearest, 4, 3, 2>(Room { tracks: $tracks, detections: $dets }, Nearest::worst_case())?
+    }};
+}
+
 macro_rules! merging {
     ($tracks:literal, $dets:literal) => {{
         type Merging = ImmJpda<f32, Counting<Turning>, 4, 3, $tracks, $dets, MergingJpda<256, 4>>;
@@ -218,6 +225,8 @@ fn no_scan_takes_more_work_than_the_formula() -> Outcome {
     single!(Turning, 4, 3, 1, 1);
     single!(Turning, 4, 3, 16, 32);
     single!(Accelerating, 6, 2, 32, 64);
+    nearest!(4, 8);
+    nearest!(16, 32);
     let crowded = [
         joint!(Turning, 4, 3, 4, 8, 64),
         joint!(Turning, 4, 3, 16, 32, 256),
@@ -253,6 +262,8 @@ fn published_cycles_are_within_what_the_steps_of_their_scans_amount_to() -> Outc
     for (name, taken) in [
         ("imm-pdaf 4x3 4x8", single!(Turning, 4, 3, 4, 8)),
         ("imm-pdaf 6x2 32x64", single!(Accelerating, 6, 2, 32, 64)),
+        ("imm-gnn 4x3 16x32", nearest!(16, 32)),
+        ("imm-gnn 4x3 32x64", nearest!(32, 64)),
         ("imm-jpda 4x3 16x32 64", joint!(Turning, 4, 3, 16, 32, 64)),
         ("imm-jpda 6x2 4x8 64", joint!(Accelerating, 6, 2, 4, 8, 64)),
         ("imm-jpda 4x3 32x64 256", joint!(Turning, 4, 3, 32, 64, 256)),
