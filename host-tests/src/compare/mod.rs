@@ -294,6 +294,7 @@ mod tests {
         let costs = budget::figures::Record::read(&root().join(budget::RECORD))?;
         let published = |name: &str| costs.trackers.get(name).map(|figures| figures.ram).or(costs.labelled.get(name).map(|form| form.ram));
         for (name, ram) in [
+            ("imm-gnn 4x3 16x32", follow::ram::<4, 3>(Which::Gnn)),
             ("imm-pdaf 4x3 16x32", follow::ram::<4, 3>(Which::ImmPdaf)),
             ("imm-jpda 4x3 16x32 64", follow::ram::<4, 3>(Which::ImmJpda)),
             ("imm-jpda 4x7 16x32 64", follow::ram::<4, 7>(Which::ImmJpda)),

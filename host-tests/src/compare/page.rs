@@ -24,6 +24,7 @@ struct Cost {
 /// The published configuration that is nearest to the tracker on this scenario.
 fn published(scene: &Scene, which: Which) -> Option<&'static str> {
     Some(match (which, scene.name) {
+        (Which::Gnn, "jms-glmb-linear") => "imm-gnn 4x3 16x32",
         (Which::ImmPdaf, "kashyap-a") => "imm-pdaf 6x2 16x32",
         (Which::ImmPdaf, "gomes" | "jms-glmb-linear") => "imm-pdaf 4x3 16x32",
         (Which::ImmJpda, "kashyap-a") => "imm-jpda 6x2 16x32 64",
