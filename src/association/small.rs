@@ -8,8 +8,8 @@
 //! ```
 //!
 //! What `sweep.rs` does for any number of open tracks, without opening and closing: the index of a set is the set, and all
-//! loops over sets unroll. Larger sets first, a layer is brought forward in its place, and backward smaller sets first. Most
-//! clusters in practice are of this size, so they are swept straight from the masks of their rows.
+//! loops over sets unroll. A layer is brought on from a copy of itself, by one track after the other, and by none that does not gate
+//! the detection. Most clusters in practice are of this size, so they are swept straight from the masks of their rows.
 
 use super::cluster::bits;
 use super::matrix::AssociationMatrix;

@@ -194,7 +194,7 @@ impl<T: Real, const DETS: usize> Evidence<T, DETS> {
         found.unwrap_or_else(|| self.pda_by_logarithms(bank, innovations, sensor, detections, doubt))
     }
 
-    /// [`pda`](Self::pda) of plain detections; `None`, and nothing changed, where none is likely in any mode.
+    /// [`pda`](Self::pda) of plain detections; `None`, and no mode corrected, where none is likely in any.
     #[inline(always)]
     fn pda_by_sums<S: Sensor<T, NX, NZ>, const NX: usize, const NZ: usize, const MODES: usize>(
         &mut self,
