@@ -72,6 +72,20 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> Cluster<T, TRACKS, DETS> {
         row.and_then(|row| row.get(usize::from(column.det))).copied().unwrap_or(T::ZERO)
     }
 
+    /// The weight of the tracks and columns of these numbers where all are logarithms; −∞ beyond the cluster.
+    #[inline(always)]
+    pub fn ln_weight(&self, ln_hit: &[[T; DETS]; TRACKS], k: usize, c: usize) -> T {
+        let found = self.tracks.get(k).zip(self.columns.get(c));
+        let weight = found.and_then(|(row, column)| ln_hit.get(usize::from(*row))?.get(usize::from(column.det)));
+        weight.copied().unwrap_or(-T::ONE / T::ZERO)
+    }
+
+    /// The vacant weight of track number `k` where it is a logarithm; −∞ beyond the cluster.
+    #[inline(always)]
+    pub fn ln_vacant(&self, k: usize) -> T {
+        self.vacant.get(k).copied().unwrap_or(-T::ONE / T::ZERO)
+    }
+
     /// Becomes `other` with tracks and detections in each other's places; its weights go to `weights`. `false` where it does
     /// not fit.
     pub fn turn(&mut self, other: &Self, hit: &[[T; DETS]; TRACKS], weights: &mut [[T; DETS]; TRACKS]) -> bool {

@@ -102,7 +102,7 @@ fn take_likeliest<T: Real, const TRACKS: usize, const DETS: usize>(
             (chosen, most) = (Some(j), *h);
         }
     }
-    choose(matrix, row, chosen);
+    matrix.decide(row, chosen);
     most > none
 }
 
@@ -143,38 +143,9 @@ fn take_best_event<T: Real, const TRACKS: usize, const DETS: usize>(
     }
     for (k, row) in cluster.tracks.iter().enumerate() {
         let chosen = assignment.column(k).and_then(|c| cluster.columns.get(c));
-        choose(matrix, usize::from(*row), chosen.map(|column| usize::from(column.det)));
+        matrix.decide(usize::from(*row), chosen.map(|column| usize::from(column.det)));
     }
     feasible
-}
-
-/// Makes it certain that `row` has the column `chosen`, or none.
-fn choose<T: Real, const TRACKS: usize, const DETS: usize>(
-    matrix: &mut AssociationMatrix<T, TRACKS, DETS>,
-    row: usize,
-    chosen: Option<usize>,
-) {
-    let Some((miss, hit)) = matrix.row_mut(row) else { return };
-    let (one, zero) = (T::ONE, T::ZERO);
-    *miss = if chosen.is_none() { one } else { zero };
-    hit.iter_mut().enumerate().for_each(|(j, hit)| *hit = if chosen == Some(j) { one } else { zero });
-}
-
-/// ln hit of the track number `k` and the column number `c` of a cluster, −∞ beyond it.
-fn ln_hit<T: Real, const TRACKS: usize, const DETS: usize>(
-    cluster: &Cluster<T, TRACKS, DETS>,
-    hit: &[[T; DETS]; TRACKS],
-    k: usize,
-    c: usize,
-) -> T {
-    let found = cluster.tracks.get(k).zip(cluster.columns.get(c));
-    let weight = found.and_then(|(row, column)| hit.get(usize::from(*row))?.get(usize::from(column.det)));
-    weight.copied().unwrap_or(-T::ONE / T::ZERO)
-}
-
-/// ln miss of the track number `k`, −∞ beyond the cluster.
-fn ln_miss<T: Real, const TRACKS: usize, const DETS: usize>(cluster: &Cluster<T, TRACKS, DETS>, k: usize) -> T {
-    cluster.vacant.get(k).copied().unwrap_or(-T::ONE / T::ZERO)
 }
 
 /// The best assignment with `bonus` added to every ln hit; false where there is none.
@@ -186,9 +157,9 @@ fn solve<T: Real, const TRACKS: usize, const DETS: usize>(
 ) -> bool {
     let pair = |k, c| {
         count(1);
-        ln_hit(cluster, hit, k, c) + bonus
+        cluster.ln_weight(hit, k, c) + bonus
     };
-    assignment.solve(cluster.tracks.len(), cluster.columns.len(), |k| ln_miss(cluster, k), pair)
+    assignment.solve(cluster.tracks.len(), cluster.columns.len(), |k| cluster.ln_vacant(k), pair)
 }
 
 /// The bonus for every track served with which the best assignment is the best event under diffuse clutter.
@@ -208,7 +179,7 @@ fn best_bonus<T: Real, const TRACKS: usize, const DETS: usize>(
             break;
         }
         served = (0..tracks).filter(|k| assignment.column(*k).is_some()).count();
-        let weight = |k| assignment.column(k).map_or_else(|| ln_miss(cluster, k), |c| ln_hit(cluster, hit, k, c));
+        let weight = |k| assignment.column(k).map_or_else(|| cluster.ln_vacant(k), |c| cluster.ln_weight(hit, k, c));
         let sum = (0..tracks).map(weight).chain((0..served).map(gain)).fold(T::ZERO, |sum, x| sum + x);
         if sum > best_sum {
             (best, best_sum) = (gain(i), sum);

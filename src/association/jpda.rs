@@ -215,7 +215,7 @@ impl<const NODES: usize> Jpda<NODES> {
         let JpdaMemory { cluster, scratch, assignment, .. } = memory;
         let Some(perturbation) = balance(cluster, &mut matrix.hit, scratch, assignment, logarithmic) else {
             for row in cluster.tracks.iter().map(|row| usize::from(*row)) {
-                set_undetected(matrix, row);
+                matrix.decide(row, None);
             }
             (cluster.vacant, cluster.whole) = ([T::ONE; TRACKS], [T::ONE; TRACKS]);
             return Outcome::Infeasible;
@@ -285,16 +285,8 @@ fn alone<T: Real, const TRACKS: usize, const DETS: usize>(
         exponentiate(miss, hit);
     }
     if *miss == T::ZERO && hit.iter().all(|h| *h == T::ZERO) {
-        set_undetected(matrix, row);
+        matrix.decide(row, None);
         return Outcome::Infeasible;
     }
     Outcome::Exact
-}
-
-/// The defined answer of a row without a possible event: none of the detections.
-fn set_undetected<T: Real, const TRACKS: usize, const DETS: usize>(matrix: &mut AssociationMatrix<T, TRACKS, DETS>, row: usize) {
-    if let Some((miss, hit)) = matrix.row_mut(row) {
-        *miss = T::ONE;
-        hit.fill(T::ZERO);
-    }
 }

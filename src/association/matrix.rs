@@ -95,6 +95,16 @@ impl<T: Real, const TRACKS: usize, const DETS: usize> AssociationMatrix<T, TRACK
     pub fn row_mut(&mut self, track: usize) -> Option<(&mut T, &mut [T])> {
         Some((self.miss.get_mut(track)?, self.hit.get_mut(track)?.get_mut(..self.columns)?))
     }
+
+    /// Makes it certain that `track` has the detection of the column `chosen`, or none.
+    pub(super) fn decide(&mut self, track: usize, chosen: Option<usize>) {
+        let Some((miss, hit)) = self.row_mut(track) else { return };
+        *miss = if chosen.is_none() { T::ONE } else { T::ZERO };
+        hit.fill(T::ZERO);
+        if let Some(hit) = chosen.and_then(|column| hit.get_mut(column)) {
+            *hit = T::ONE;
+        }
+    }
 }
 
 /// Joint association: from weights to probabilities, in memory of its own.

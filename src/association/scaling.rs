@@ -133,25 +133,21 @@ pub(super) fn balance<T: Real, const TRACKS: usize, const DETS: usize>(
     assignment: &mut Assignment<T, TRACKS, DETS>,
     logarithmic: bool,
 ) -> Option<T> {
-    let Cluster { tracks, columns, vacant, .. } = cluster;
-    let rows = || tracks.iter().map(|row| usize::from(*row));
-    for row in rows() {
-        count(2 * columns.len());
+    for row in cluster.tracks.iter().map(|row| usize::from(*row)) {
+        count(2 * cluster.columns.len());
         for (ln_hit, hit) in ln_hit.get_mut(row)?.iter_mut().zip(hit.get(row)?) {
             *ln_hit = to_logarithm(*hit, !logarithmic);
         }
     }
-    vacant.iter_mut().take(tracks.len()).for_each(|v| *v = to_logarithm(*v, !logarithmic));
-    let none = -T::ONE / T::ZERO;
-    let ln_of = |k: usize, c: usize| {
+    cluster.vacant.iter_mut().take(cluster.tracks.len()).for_each(|v| *v = to_logarithm(*v, !logarithmic));
+    let pair = |k, c| {
         count(1);
-        let (row, column) = tracks.get(k).zip(columns.get(c))?;
-        ln_hit.get(usize::from(*row))?.get(usize::from(column.det)).copied()
+        cluster.ln_weight(ln_hit, k, c)
     };
-    let ln_vacant = |k: usize| vacant.get(k).copied().unwrap_or(none);
-    if !assignment.solve(tracks.len(), columns.len(), ln_vacant, |k, c| ln_of(k, c).unwrap_or(none)) {
+    if !assignment.solve(cluster.tracks.len(), cluster.columns.len(), |k| cluster.ln_vacant(k), pair) {
         return None;
     }
+    let Cluster { tracks, columns, vacant, .. } = cluster;
     // e^x with a rounding error of x, of u and of v in x.
     let mut largest = T::ONE;
     let mut scaled = |ln_w: T, price: T| {
@@ -160,7 +156,7 @@ pub(super) fn balance<T: Real, const TRACKS: usize, const DETS: usize>(
         }
         from_logarithm(ln_w - price)
     };
-    for ((row, vacant), u) in rows().zip(vacant.iter_mut()).zip(assignment.row_prices()) {
+    for ((row, vacant), u) in tracks.iter().map(|row| usize::from(*row)).zip(vacant.iter_mut()).zip(assignment.row_prices()) {
         *vacant = scaled(*vacant, *u);
         let (hit, ln_hit) = (hit.get_mut(row)?, ln_hit.get(row)?);
         for (column, v) in columns.iter().zip(assignment.column_prices()) {

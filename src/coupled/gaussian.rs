@@ -10,7 +10,7 @@ use super::blocks::{self, Blocks, Pair};
 use crate::gaussian::{Gaussian, ResidualDensity, blunted, dot};
 use crate::mode::ModeSet;
 use crate::model::MeasurementModel;
-use crate::scalar::Real;
+use crate::scalar::{Real, is_plus_zero};
 use crate::symmetric::Symmetric;
 use nalgebra::{SMatrix, SVector};
 
@@ -195,7 +195,7 @@ impl<T: Real, const NX: usize, C: Coupling<T, NX>> CoupledGaussian<T, NX, C> {
         // Zero while all is well, positive or NaN otherwise.
         let flaw = variance.iter().flatten().fold(T::ZERO, |flaw, v| flaw + (v.abs() - *v));
         let sum = moved.iter().flatten().fold(T::ZERO, |sum, v| sum + *v);
-        if flaw + sum * T::ZERO != T::ZERO {
+        if !is_plus_zero(flaw + sum * T::ZERO) {
             return false;
         }
         for r in 0..2 {

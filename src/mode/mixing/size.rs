@@ -1,5 +1,12 @@
-//! Mixing and combination of modes, in loops over rows and entries. Only sums over modes are written out: that is shorter than loops
-//! of two or three. Distances and their weighted sums are computed where they are needed, rather than kept.
+//! Mixing and combination of modes, in loops over rows and entries: `mixing.rs` derives the equations.
+//!
+//! ```text
+//! mix       (P⁰_j)_ab = (P_1)_ab + Σ_i μ_i|j (N_i)_ab − d̄_ja d̄_jb,   (N_i)_ab = (P_i − P_1)_ab + d_ia d_ib
+//! combine   P_ab = (P_1)_ab + Σ_i μ_i (P_i − P_1)_ab + μ_i d_ia (d_ib − d̄_b)
+//! ```
+//!
+//! Only sums over modes are written out: that is shorter than loops of two or three. Distances and their weighted sums are computed
+//! where they are needed, rather than kept.
 
 use crate::gaussian::Gaussian;
 use crate::scalar::Real;

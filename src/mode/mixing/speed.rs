@@ -1,4 +1,9 @@
-//! Mixing and combination of modes, written out.
+//! Mixing and combination of modes, written out: `mixing.rs` derives the equations.
+//!
+//! ```text
+//! mix       P⁰_j = P_1 + Σ_i μ_i|j N_i − d̄_j d̄_j',   N_i = P_i − P_1 + d_i d_i'     N_i once for all j
+//! combine   P = P_1 + Σ_i μ_i (P_i − P_1) + p_i (d_i − d̄)'                          p_i and d_i − d̄ once for all rows
+//! ```
 
 use super::deviations;
 use crate::gaussian::Gaussian;
